@@ -36,7 +36,7 @@ PROCEDURES: Mapping[str, str] = {
 _CAUSES = """
     asymmetric-map axes-swapped cannot-support channels-differ consistency-pole-pairs consistency-winding currents-outward
     load-point map-holes map-turned no-baseline odd-reading other-d-axis power-balance probe-factor pulse-ends range-not-verified
-    repeated-rows repeats-differ residual-variance resistance-left resistances-differ iron-loss friction-left rms-for-peak
+    repeated-rows repeats-differ residual-variance resistance-left resistances-differ iron-loss friction-drift friction-left rms-for-peak
     second-time-constant sign-reversed speed-differs
     speed-filter speed-trend too-coarse torque-computed torque-differs torque-filter torque-zero-drift turned-180 turning-points
     type-tolerance uneven-speed warm-winding wrong-period

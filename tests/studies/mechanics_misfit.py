@@ -105,7 +105,7 @@ ROWS: dict[str, Callable[[Shaft, Random], None]] = {
     "eccentricity": eccentricity,
     "windage, Stribeck": both(windage, stribeck),
     "windage, speed filter": both(windage, speed_filter),
-    "thinning grease (not in the list)": thinning,
+    "thinning grease": thinning,
     "bare to 5 %, clean": to_share(0.05),
     "bare to 5 %, Stribeck": both(stribeck, to_share(0.05)),
     "bare to 5 %, Stribeck, Gaussian": both(stribeck_gaussian, to_share(0.05)),

@@ -13,6 +13,10 @@ SENTENCES = {
         "friction is larger at low speed, by {share:.0%} of the Coulomb friction, up to about {speed:.3g} rad/s "
         "(Stribeck effect)"
     ),
+    Cause.FRICTION_DRIFT: text(
+        "friction changed by {share:+.1%} while the shaft turned for {time:.3g} s, as it does when grease warms up: the figures are those "
+        "at the beginning. Let the shaft turn until it is warm, then record the ramps"
+    ),
     Cause.SPEED_FILTER: text(
         "the speed signal has passed a filter with a time constant of about {time_constant:.2g} s: state the "
         "filter of the sensor, or make it faster"

@@ -31,6 +31,7 @@ class Cause(StrEnum):
     SLOPE = "slope"
     WINDAGE = "windage"
     STRIBECK = "stribeck"
+    FRICTION_DRIFT = "friction-drift"
     SPEED_FILTER = "speed-filter"
     TORQUE_FILTER = "torque-filter"
     TORQUE_ZERO = "torque-zero-drift"

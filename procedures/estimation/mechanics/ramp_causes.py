@@ -10,7 +10,7 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Cause, Score, score_test
 from procedures.estimation.fitting.noise import undithered
 from procedures.estimation.mechanics.ramp_model import RampModel, Solved, noise_of
-from procedures.estimation.mechanics.ramp_terms import Stribeck, Terms
+from procedures.estimation.mechanics.ramp_terms import Drift, Stribeck, Terms
 from procedures.estimation.mechanics.turning import Run
 
 #: Speeds of the Stribeck term that are looked for, shares of the top speed, and those that are fitted, by both laws.
@@ -21,6 +21,9 @@ _FILTERS_SEEN, _FILTERS_FITTED = 3, 12
 _SHORTER = 0.65
 #: A filter is fitted with time constants up to this share of the longest ramp: by a bench's longest, slow beside a light shaft's ramps.
 _FILTER_FITTED = 0.8
+#: Time constants of friction that drifts which are looked for, and those that are fitted, shares of the time that the shaft turns: with
+#: the longest it drifts in as good as a straight line.
+_DRIFT_SEEN, _DRIFT_FITTED = (0.3, 3.0), (0.15, 0.5, 1.6, 5.0)
 #: Orders of the shaft's angle that are looked for, and how often chance alone may find one of them.
 _ORDERS, _CHANCE = 120, 1e-3
 #: From this order on it is cogging, below it a coupling or an encoder that runs out.
@@ -42,9 +45,10 @@ class Look:
     def growth(self) -> FloatArray:
         """Return by what each estimate's variance grows (k,) for what is not seen clearly enough to be in the model.
 
-        Friction that grows at low speed is averaged over elsewhere, and adds nothing here.
+        Friction that grows at low speed is averaged over elsewhere, and adds nothing here; nor does friction that drifts, of which a small
+        part would count many times.
         """
-        seen = [k for k, cause in enumerate(self.causes) if cause is not Cause.STRIBECK]
+        seen = [k for k, cause in enumerate(self.causes) if cause not in (Cause.STRIBECK, Cause.FRICTION_DRIFT)]
         return replace(self.score, z=self.score.z[seen], bias=self.score.bias[seen]).growth()
 
 
@@ -83,6 +87,12 @@ def look(model: RampModel, solved: Solved) -> Look:
             law = Stribeck(share * model.top, 1.0)
             shapes = {k: each.caused(-law.friction(each.speed) / inertia) for k, each in enumerate(at)}
             add(Cause.STRIBECK, shapes)
+    for drift in _drifts(model):
+        for share in _DRIFT_SEEN:
+            law_of_time = replace(drift, time=share * drift.end)
+            falls = [law_of_time.fall(model.turned[k], each.speed) for k, each in enumerate(at)]
+            shapes = {k: each.caused(fall / inertia) for k, (each, fall) in enumerate(zip(at, falls, strict=True))}
+            add(Cause.FRICTION_DRIFT, shapes)
     for k, run in enumerate(model.runs):
         if not (run.speed_filter or model.terms.filters_speed):
             for tau in filter_times(run, _FILTERS_SEEN):
@@ -114,13 +124,15 @@ class Family:
     cause: Cause
     grid: FloatArray
     terms: Terms
-    power: float = 0.0
+    law: Stribeck | Drift | None = None
     shapes: tuple[FloatArray, ...] = ()
 
     def at(self, value: float | FloatArray) -> Terms:
         """Return the terms at a value of the grid, or between; at several values (m, 1) those of so many fits."""
-        if self.cause is Cause.STRIBECK:
-            return replace(self.terms, stribeck=Stribeck(value, self.power))
+        if isinstance(self.law, Stribeck):
+            return replace(self.terms, stribeck=replace(self.law, speed=value))
+        if isinstance(self.law, Drift):
+            return replace(self.terms, drift=replace(self.law, time=value))
         if self.cause is Cause.SPEED_FILTER:
             return replace(self.terms, speed_filter=value)
         if self.cause is Cause.TORQUE_FILTER:
@@ -133,7 +145,9 @@ def families(model: RampModel, found: Periodic | None) -> Iterator[Family]:
     terms, one = model.terms, np.ones(1)
     if terms.stribeck is None:
         for power in _POWERS:
-            yield Family(Cause.STRIBECK, model.top * np.array(_STRIBECK_FITTED), terms, power)
+            yield Family(Cause.STRIBECK, model.top * np.array(_STRIBECK_FITTED), terms, Stribeck(model.top, power))
+    for law in _drifts(model):
+        yield Family(Cause.FRICTION_DRIFT, law.end * np.array(_DRIFT_FITTED), terms, law)
     free = [run for run in model.runs if not run.speed_filter]
     if free and not terms.filters_speed:
         longest = max(filter_times(run, 2, _FILTER_FITTED)[1] for run in free)
@@ -143,6 +157,14 @@ def families(model: RampModel, found: Periodic | None) -> Iterator[Family]:
         yield Family(Cause.TORQUE_FILTER, one, terms)
     if found is not None:
         yield Family(found.cause, one, terms, shapes=found.shapes)
+
+
+def _drifts(model: RampModel) -> list[Drift]:
+    """Return the laws of friction that drifts; none where one is in the model, or where the shaft passes each speed only once."""
+    if model.terms.drift is not None or len(model.runs) < 2:
+        return []
+    end = float(model.turned[-1][-1])
+    return [Drift(end, end, top) for top in (0.0, model.top)]
 
 
 def periodic(model: RampModel, solved: Solved) -> Periodic | None:

@@ -61,7 +61,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     for _ in range(_MOST_TERMS):
         if not (np.any(seen.score.alarms) or found):
             break
-        tried = fits_with_one_more(best, found)
+        tried = fits_with_one_more(best, found, seen)
         if not tried:
             break
         cause, further = min(tried, key=lambda each: each[1].cost)
@@ -71,8 +71,12 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
         rivals = [each for _, each in tried if each is not further and each.cost < further.cost + RIVAL]
         if cause is Cause.STRIBECK:
             # A real bearing follows neither law: what lies between them is as likely as either.
-            laws = [each for other, each in tried if other is cause and each is not further]
+            laws += [each for other, each in tried if other is cause and each is not further]
             sticking = [each for other, best_of in tried if other is cause for each in best_of.trial]
+        if cause is Cause.FRICTION_DRIFT:
+            # Nor does grease follow one: whatever time constant is as likely is in the interval.
+            drifts = [each for other, best_of in tried if other is cause for each in best_of.trial]
+            laws += [each for each in drifts if each.cost < further.cost + RIVAL]
         moved.append(further.moved)
         findings.append(_finding(cause, best, further, found, seen))
         best = further
@@ -142,6 +146,12 @@ def _finding(cause: Cause, before: RampTrial, after: RampTrial, found: Periodic 
             "share": after.model.amount("stribeck", values) / abs(float(coulomb)),
             "speed": float(terms.stribeck.speed),
         }
+    elif cause is Cause.FRICTION_DRIFT and terms.drift is not None:
+        half = 0.5 * after.model.top
+        at = 0 if after.model.unit_torque else 1
+        whole = float(values[at : at + 3] @ np.array([1.0, half, half**2]))
+        fall = after.model.amount("drift", values) * (0.5 if terms.drift.top else 1.0)
+        figures = {"share": -fall / whole, "time": terms.drift.end}
     elif cause is Cause.SPEED_FILTER:
         figures = {"time_constant": float(terms.speed_filter)}
     elif cause is Cause.TORQUE_FILTER:

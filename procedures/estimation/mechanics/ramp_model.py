@@ -53,6 +53,9 @@ class RampModel:
         self.measured = np.concatenate([run.speed for run in runs])
         self.spread = np.concatenate([np.full(run.speed.size, noise_of(run)) for run in runs])
         self.top = max(float(np.max(np.abs(run.speed))) for run in runs)
+        #: By ramp, for how long (s) the shaft has turned in the ramps up to each reading.
+        before = np.cumsum([0.0, *(float(run.time[-1]) for run in runs[:-1])])
+        self.turned = [begun + run.time for begun, run in zip(before, runs, strict=True)]
         self._motions = [RampMotion(run, self.top) for run in runs]
         self._lay_out(Terms())
 
@@ -63,6 +66,8 @@ class RampModel:
         at = self._errors + len(self._noisy)
         self.stribeck_place = at
         at += terms.stribeck is not None
+        self.drift_place = at
+        at += terms.drift is not None
         self._torque_filter = at
         at += terms.torque_filter
         self._filtered = [k for k, run in enumerate(self.runs) if terms.filters_speed or run.speed_filter]
@@ -125,7 +130,13 @@ class RampModel:
         if k in self._noisy:
             torque = torque + p[..., self._errors + self._noisy.index(k), None]
         law, amount = self.terms.stribeck, p[..., self.stribeck_place, None] if self.terms.stribeck else np.zeros(1)
-        free = torque - coulomb
+        free, drift = torque - coulomb, self.terms.drift
+        if drift is not None:
+            gone = p[..., self.drift_place, None] * drift.fall(self.turned[k], np.ones_like(run.speed))
+            if drift.top:
+                viscous = viscous - gone
+            else:
+                free = free + gone
 
         def accelerating(speed: FloatArray) -> tuple[FloatArray, FloatArray]:
             slope = quadratic * np.abs(speed)
@@ -201,6 +212,8 @@ class RampModel:
             places.append(self._errors + self._noisy.index(k))
         if self.terms.stribeck is not None:
             places.append(self.stribeck_place)
+        if self.terms.drift is not None:
+            places.append(self.drift_place)
         places.append(self._first + k)
         driving = np.empty((*at.speed.shape[:-1], len(places), at.speed.shape[-1]))
         row = self._shared
@@ -214,6 +227,9 @@ class RampModel:
             row += 1
         if self.terms.stribeck is not None:
             driving[..., row, :] = self.terms.stribeck.friction(at.speed)
+            row += 1
+        if self.terms.drift is not None:
+            driving[..., row, :] = -self.terms.drift.fall(self.turned[k], at.speed)
         driving[..., -1, :] = 0.0
         driving /= -inertia[..., None]
         starts = np.zeros(len(places))
@@ -281,13 +297,14 @@ class RampModel:
             self.measured - left,
         )
 
-    def amount(self, term: Literal["stribeck", "torque_filter"], p: FloatArray) -> float:
+    def amount(self, term: Literal["stribeck", "drift", "torque_filter"], p: FloatArray) -> float:
         """Return a term's amplitude (N·m) or time constant (s)."""
-        return float(p[self.stribeck_place if term == "stribeck" else self._torque_filter])
+        places = {"stribeck": self.stribeck_place, "drift": self.drift_place, "torque_filter": self._torque_filter}
+        return float(p[places[term]])
 
     def without(self, solved: Solved, fifth: int) -> tuple["RampModel", FloatArray]:
         """Return the model of the ramps without a fifth of each, and without what is added to their speeds; and where to begin its fit."""
-        kept, start = [], solved.values[: self._added].copy()
+        kept, turned, start = [], [], solved.values[: self._added].copy()
         for k, run in enumerate(self.runs):
             inside = np.ones(run.time.size, dtype=bool)
             inside[fifth * run.time.size // 5 : (fifth + 1) * run.time.size // 5] = False
@@ -296,9 +313,11 @@ class RampModel:
                 np.zeros(run.time.size),
             )
             kept.append(replace(run, time=run.time[inside], speed=shaft[inside], driven=run.driven[inside]))
+            turned.append(self.turned[k][inside])
             if fifth == 0:
                 start[self._first + k] = kept[-1].speed[0]
         further = RampModel(kept, unit_torque=self.unit_torque)
+        further.turned = turned
         further._lay_out(replace(self.terms, added=()))
         return further, start
 

@@ -30,6 +30,24 @@ class Stribeck:
 
 
 @dataclass(frozen=True)
+class Drift:
+    """Friction that falls while the shaft turns, as grease warms, or rises: as 1 − exp(−t/`time`), by the amplitude until `end` (s).
+
+    It is the viscous friction, the amplitude being that at the speed `top` (rad/s), or the Coulomb friction where `top` is 0. Of several
+    fits at once each has its `time` (m, 1).
+    """
+
+    time: float | FloatArray
+    end: float
+    top: float = 0.0
+
+    def fall(self, turned: FloatArray, speed: FloatArray) -> FloatArray:
+        """Return by what friction has fallen for an amplitude of 1, after times (s) of turning, at speeds (rad/s)."""
+        fallen = np.expm1(-turned / self.time) / np.expm1(-self.end / self.time)
+        return np.asarray(fallen * (speed / self.top if self.top else np.ones_like(speed)))
+
+
+@dataclass(frozen=True)
 class Terms:
     """Terms of the model beside inertia, Coulomb, viscous and quadratic friction.
 
@@ -38,6 +56,7 @@ class Terms:
     """
 
     stribeck: Stribeck | None = None
+    drift: Drift | None = None
     speed_filter: float | FloatArray = 0.0
     torque_filter: bool = False
     added: tuple[FloatArray, ...] = field(default=(), compare=False)
@@ -50,14 +69,17 @@ class Terms:
     @property
     def several(self) -> tuple[int, ...]:
         """How many fits these are the terms of: (m,), () for one."""
-        for each in (self.stribeck.speed if self.stribeck else 0.0, self.speed_filter):
+        law, drift = self.stribeck, self.drift
+        for each in (law.speed if law else 0.0, drift.time if drift else 0.0, self.speed_filter):
             if isinstance(each, np.ndarray):
                 return (len(each),)
         return ()
 
     def of(self, rows: IntArray) -> "Terms":
         """Return the terms of some of several fits."""
-        law, lag = self.stribeck, self.speed_filter
+        law, drift, lag = self.stribeck, self.drift, self.speed_filter
         if law is not None and isinstance(law.speed, np.ndarray):
             law = replace(law, speed=law.speed[rows])
-        return replace(self, stribeck=law, speed_filter=lag[rows] if isinstance(lag, np.ndarray) else lag)
+        if drift is not None and isinstance(drift.time, np.ndarray):
+            drift = replace(drift, time=drift.time[rows])
+        return replace(self, stribeck=law, drift=drift, speed_filter=lag[rows] if isinstance(lag, np.ndarray) else lag)

@@ -7,7 +7,7 @@ import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Cause
-from procedures.estimation.mechanics.ramp_causes import Family, Periodic, families
+from procedures.estimation.mechanics.ramp_causes import Family, Look, Periodic, families
 from procedures.estimation.mechanics.ramp_model import RampModel, Solved
 from procedures.estimation.mechanics.ramp_terms import Terms
 from procedures.estimation.mechanics.stribeck_laws import average, fitted, unseen
@@ -19,6 +19,8 @@ _REFINED, _CLOSER = 2, 0.3
 #: Terms whose χ² is within so much of the best one's cannot be told from it; none closer to a place of a grid falls by more than so many
 #: times what a parabola through its neighbours does.
 RIVAL, _OFTEN = 12.0, 4.0
+#: A drift that is seen by less (standard deviations) lowers χ² by too little to be tried.
+_SEEN = 2.0
 #: A trial is settled where a last step, which is taken, would move an estimate by a hundredth of its uncertainty, and given up after so
 #: many rounds: of a hundred trials of a record, those that come nowhere would go on longest.
 _SETTLED, _ROUNDS = 1e-4, 12
@@ -39,9 +41,11 @@ class RampTrial:
         return self.solved.cost
 
 
-def fits_with_one_more(best: RampTrial, found: Periodic | None) -> list[tuple[Cause, RampTrial]]:
-    """Return the best fits with one more term each, those left out that no physics makes."""
-    searches = [each for family in families(best.model, found) if (each := _Search.over(best, family)) is not None]
+def fits_with_one_more(best: RampTrial, found: Periodic | None, seen: Look) -> list[tuple[Cause, RampTrial]]:
+    """Return the best fits with one more term each, those left out that no physics makes, and a drift of which too little is `seen`."""
+    drifts = abs(seen.clearest(Cause.FRICTION_DRIFT)) > _SEEN
+    tried = [each for each in families(best.model, found) if drifts or each.cause is not Cause.FRICTION_DRIFT]
+    searches = [each for family in tried if (each := _Search.over(best, family)) is not None]
     least = min((each.chosen.cost for each in searches), default=np.inf)
     close = {each.family.cause for each in searches if each.expected() < least + RIVAL}
     return [(each.family.cause, each.closer() if each.family.cause in close else each.chosen) for each in searches]

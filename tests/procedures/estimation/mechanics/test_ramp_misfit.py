@@ -121,11 +121,28 @@ def test_a_torque_that_climbs_over_half_the_ramp_is_told_where_no_motion_fits() 
         fit_ramps([replace(driven, torque=climbing), coast])
 
 
+@pytest.mark.parametrize("share", [0.2, -0.1])
+def test_friction_that_drifts_while_the_shaft_turns_is_told_and_is_that_at_the_beginning(share: float) -> None:
+    """Grease that warms up, and a seal that tightens."""
+    fit = measured(0, thinning=share)
+    (finding,) = fit.misfit.findings
+    assert finding.cause is Cause.FRICTION_DRIFT
+    assert finding.figures["share"] * share < 0.0
+    assert holds(fit)
+    assert fit.uncertainty("coulomb_friction") < 0.3 * abs(share) * SHAFT.coulomb
+
+
 @pytest.mark.slow
 def test_a_cause_that_is_not_in_the_list_widens() -> None:
-    plain, thinning = measured(), measured(thinning=0.2)
-    assert thinning.misfit
-    assert thinning.uncertainty("coulomb_friction") > 3 * plain.uncertainty("coulomb_friction")
+    """A tachometer that is not straight."""
+    plain = measured()
+    bent = [
+        replace(ramp, speed=ramp.speed * (1.0 + 0.02 * np.sin(3.0 * np.pi * ramp.speed / SHAFT.top)))
+        for ramp in record(SHAFT, motion(), np.random.default_rng(1))
+    ]
+    fit = fit_ramps(bent)
+    assert fit.misfit
+    assert fit.uncertainty("coulomb_friction") > 3 * plain.uncertainty("coulomb_friction")
 
 
 def test_seven_zeros_among_47_000_readings_cost_seven_readings() -> None:
