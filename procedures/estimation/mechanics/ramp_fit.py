@@ -23,6 +23,7 @@ from procedures.estimation.mechanics.ramp_trials import (
     RIVAL,
     RampTrial,
     averaged,
+    counting_late_scatter,
     fits_with_one_more,
 )
 from procedures.estimation.mechanics.turning import Run, dropouts
@@ -79,7 +80,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
             laws += [each for each in drifts if each.cost < further.cost + RIVAL]
         moved.append(further.moved)
         findings.append(_finding(cause, best, further, found, seen))
-        best = further
+        best = counting_late_scatter(further) if cause is Cause.TORQUE_FILTER else further
         seen, found = look(best.model, best.solved), periodic(best.model, best.solved)
     values, covariance = best.solved.values, best.solved.covariance.copy()
     count = shared + len(runs)

@@ -102,6 +102,22 @@ class RampModel:
         further._lay_out(terms)
         return further
 
+    def with_late_scatter(self, solved: Solved) -> tuple["RampModel", Solved]:
+        """Return the model whose speeds count with what the torque's scatter becomes where its filter is undone, and the fit by it."""
+        further = copy.copy(self)
+        inertia, late = self.inertia(solved.values), abs(self.amount("torque_filter", solved.values))
+        further.spread = np.concatenate(
+            [np.full(run.speed.size, np.hypot(noise_of(run), late * _scatter(run) / inertia)) for run in self.runs]
+        )
+        n, less = self.measured.size, self.spread / further.spread
+        residuals, slopes = solved.residuals.copy(), solved.slopes.copy()
+        residuals[:n] *= less
+        slopes[:, :n] *= less
+        covariance = np.linalg.inv(slopes @ slopes.T)
+        return further, replace(
+            solved, residuals=residuals, slopes=slopes, covariance=covariance, cost=float(residuals @ residuals)
+        )
+
     def _of(self, rows: IntArray) -> "RampModel":
         """Return the model of some (m,) of several fits."""
         further = self.with_terms(self.terms.of(rows))
@@ -400,3 +416,8 @@ def _converged(minimum: Minimum) -> bool:
 def noise_of(run: Run) -> float:
     """Return the standard deviation (rad/s) that a ramp's speeds count with."""
     return max(run.noise, _EXACT * float(np.max(np.abs(run.speed))))
+
+
+def _scatter(run: Run) -> float:
+    """Return by how much one torque of a course scatters (N·m); a mean over some of them is off by less, and for as long."""
+    return run.torque_noise * float(np.sqrt(run.readings)) if run.varies else 0.0

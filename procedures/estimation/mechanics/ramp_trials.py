@@ -165,6 +165,17 @@ def refitted(best: RampTrial, terms: Terms, start: FloatArray) -> RampTrial | No
     return RampTrial(further, solved, np.zeros(best.moved.size))
 
 
+def counting_late_scatter(found: RampTrial) -> RampTrial:
+    """Return a fit with a torque filter whose speeds count with the scatter of the torque that the filter's undoing makes larger."""
+    model, solved = found.model.with_late_scatter(found.solved)
+    try:
+        solved = model.solve(solved.values, least=_SETTLED, rounds=_ROUNDS)
+    except EstimationError:
+        # Something else is amiss, and the next term may begin here.
+        pass
+    return replace(found, model=model, solved=solved)
+
+
 def _possible(cause: Cause, fitted: RampTrial) -> bool:
     """Return whether a term has the sign that its cause gives it."""
     if cause is Cause.STRIBECK:
