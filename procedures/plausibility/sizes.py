@@ -9,8 +9,9 @@ IMPLAUSIBLE, UNUSUAL = "implausible-size", "unusual-size"
 #: The cause that a figure is not given for whose interval is so wide that it tells nothing of the motor.
 TOO_UNCERTAIN = "too-uncertain"
 #: Half-width of the interval over the value, at most, of what no motor is without. A friction that cannot be told from zero says how much
-#: it is at most.
+#: it is at most, unless that is so much that no reading of it is left.
 _MOST = 1.0
+_MOST_FRICTION = {"coulomb_friction": 30.0, "coulomb_deceleration": 30.0, "viscous_friction": 1e3, "viscous_rate": 1e3}
 
 #: From the smallest watch motors and micro motors to the largest generators, and a factor of ten or more to spare on either side: a
 #: limit is for what cannot be, not for what is rare.
@@ -60,11 +61,12 @@ def size_unusual(name: str, value: float) -> tuple[float, float] | None:
 
 def too_uncertain(name: str, value: float, interval: tuple[float, float], unit: str) -> Text | None:
     """Return why the figure of a motor's size is not given: half the width of its 95 % interval exceeds the value itself. None where it
-    does not, and for parameters that may be zero, as frictions.
+    does not, and for parameters that may be zero; frictions, which may, have a wider limit.
     """
     least, _ = _SIZES.get(name, (0.0, 0.0))
     low, high = interval
-    if least == 0.0 or 0.5 * (high - low) <= _MOST * abs(value):
+    most = _MOST_FRICTION.get(name, _MOST if least > 0.0 else float("inf"))
+    if 0.5 * (high - low) <= most * abs(value):
         return None
     return text(
         "the readings only show that it lies between {low:.3g} and {high:.3g} {unit}, and a figure with an interval wider than "
@@ -72,5 +74,5 @@ def too_uncertain(name: str, value: float, interval: tuple[float, float], unit: 
         low=low,
         high=high,
         unit=unit,
-        most=_MOST,
+        most=most,
     )

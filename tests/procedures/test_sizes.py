@@ -16,6 +16,10 @@ from procedures.plausibility.sizes import too_uncertain
         ("viscous_friction", -1e-6, 9e-6, True),
         ("viscous_friction", 1e-6, 7.5e-5, True),
         ("coulomb_friction", 0.0, 0.0, True),
+        ("coulomb_friction", 9e-3, 0.2, True),
+        # So wide that nothing is left of a reading.
+        ("coulomb_friction", 9e-3, 190.0, False),
+        ("viscous_friction", 2e-5, 1.0, False),
         # What is zero of a sound motor.
         ("resistance_unbalance", 1e-3, 1.0, True),
     ],

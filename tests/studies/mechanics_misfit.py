@@ -55,6 +55,10 @@ def torque_filter(s: Shaft, r: Random) -> None:
     s.torque_filter = log(r, 0.001, 0.1)
 
 
+def quiet(s: Shaft, r: Random) -> None:
+    s.noise *= log(r, 1e-3, 0.1)
+
+
 def dropouts(s: Shaft, r: Random) -> None:
     s.dropouts = int(log(r, 1, 20))
 
@@ -105,6 +109,10 @@ ROWS: dict[str, Callable[[Shaft, Random], None]] = {
     "eccentricity": eccentricity,
     "windage, Stribeck": both(windage, stribeck),
     "windage, speed filter": both(windage, speed_filter),
+    "speed filter, torque filter": both(speed_filter, torque_filter),
+    "quiet speed, clean": quiet,
+    "quiet speed, torque filter": both(quiet, torque_filter),
+    "quiet speed, both filters": both(quiet, speed_filter, torque_filter),
     "thinning grease": thinning,
     "bare to 5 %, clean": to_share(0.05),
     "bare to 5 %, Stribeck": both(stribeck, to_share(0.05)),

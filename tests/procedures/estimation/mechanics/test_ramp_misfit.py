@@ -107,6 +107,16 @@ def test_filters_that_are_stated_need_no_warning() -> None:
     assert not causes(fit) & {Cause.SPEED_FILTER, Cause.TORQUE_FILTER}
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_two_filters_before_a_quiet_speed_are_both_named(seed: int) -> None:
+    # Where the torque's filter is undone, its scatter is far above the speed's.
+    fit = measured(seed, noise=1e-3, speed_filter=0.03, torque_filter=0.05)
+    assert causes(fit) >= {Cause.TORQUE_FILTER, Cause.SPEED_FILTER}
+    assert not causes(fit) & {Cause.COGGING, Cause.STRIBECK, Cause.ECCENTRICITY, Cause.UNEXPLAINED}
+    assert holds(fit)
+    assert fit.uncertainty("coulomb_friction") < 0.1 * SHAFT.coulomb
+
+
 def test_a_torque_that_climbs_over_half_the_ramp_is_told_where_no_motion_fits() -> None:
     """A transducer of steps of 1 mN·m, its filter a mean over half a second."""
     small = Shaft(
