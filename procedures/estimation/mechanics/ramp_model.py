@@ -113,7 +113,7 @@ class RampModel:
         residuals, slopes = solved.residuals.copy(), solved.slopes.copy()
         residuals[:n] *= less
         slopes[:, :n] *= less
-        covariance = np.linalg.inv(slopes @ slopes.T)
+        covariance = np.asarray(np.linalg.inv(slopes @ slopes.T), dtype=np.float64)
         return further, replace(
             solved, residuals=residuals, slopes=slopes, covariance=covariance, cost=float(residuals @ residuals)
         )

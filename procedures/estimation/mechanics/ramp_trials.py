@@ -1,6 +1,7 @@
 """Fits of ramps by trial: with one more term, and by all laws of one cause."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -168,11 +169,9 @@ def refitted(best: RampTrial, terms: Terms, start: FloatArray) -> RampTrial | No
 def counting_late_scatter(found: RampTrial) -> RampTrial:
     """Return a fit with a torque filter whose speeds count with the scatter of the torque that the filter's undoing makes larger."""
     model, solved = found.model.with_late_scatter(found.solved)
-    try:
+    # Where something else is amiss, the next term may begin here.
+    with suppress(EstimationError):
         solved = model.solve(solved.values, least=_SETTLED, rounds=_ROUNDS)
-    except EstimationError:
-        # Something else is amiss, and the next term may begin here.
-        pass
     return replace(found, model=model, solved=solved)
 
 
