@@ -21,6 +21,7 @@ from procedures.core.steps import step
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.mechanics.turn_mean import TurnMean, mean_over_turns
 from procedures.techniques.shaft.driven_shaft import check_held, driving_speed_rad
+from procedures.techniques.shaft.shaft_readings import ShaftReadings
 from procedures.verification.settings import DrivenWiringSettings
 
 _RPM = math.pi / 30.0
@@ -198,11 +199,12 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
         """Return the mean torque after settling; `also` is done beside each reading."""
         bench, unc = self.bench, self.bench.uncertainties
         bench.clock.sleep(self.settings.settle)
-        read = []
+        shaft, read = ShaftReadings(bench), []
         for _ in range(self.settings.readings):
             bench.clock.sleep(self._interval())
-            read.append(bench.dynamometer.measure())
+            read.append(shaft.measure())
             also()
+        self.tell_misfit(shaft.misfit())
         check_held(bench, read, self._speed)
         shown = mean_over_turns([r.torque for r in read], [r.time for r in read], [r.speed for r in read])
         accuracy = read[-1].torque_accuracy

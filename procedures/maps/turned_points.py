@@ -21,6 +21,7 @@ from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.maps.settings import SpeedsSettings
 from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.shaft.driven_shaft import check_held, driving_speed_rad
+from procedures.techniques.shaft.shaft_readings import ShaftReadings
 
 _POINTS = 8_000
 #: The shortest and the longest record (s).
@@ -81,9 +82,9 @@ def held_torque(bench: Bench, settings: SpeedsSettings, speed: float) -> HeldTor
     """
     first = bench.dynamometer.measure()
     bench.clock.sleep(max(settings.settle, _FORGOTTEN * first.torque_filter))
-    taken = []
+    taken, shaft = [], ShaftReadings(bench)
     for _ in range(settings.readings):
-        taken.append(bench.dynamometer.measure())
+        taken.append(shaft.measure())
         bench.clock.sleep(settings.interval)
     check_held(bench, taken, speed)
     torque, resolution = np.array([each.torque for each in taken]), taken[-1].torque_accuracy.resolution

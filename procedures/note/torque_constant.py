@@ -20,6 +20,7 @@ from procedures.core.steps import step
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.shaft_readings import ShaftReadings
 from procedures.techniques.shaft.torque_levels import TorqueLevels, torque_at_levels
 from procedures.techniques.temperature.correction import magnet_factor, winding_temperature
 from procedures.techniques.temperature.settings import (
@@ -179,6 +180,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         levels = torque_currents(self.settings, self.nameplate, most)
         speed = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
         bench.thermometer.warmed()
+        shaft = ShaftReadings(bench)
         with ExitStack() as running:
             running.enter_context(bench.dynamometer.driving_speed(speed))
             running.enter_context(bench.inverter.driving_current(float(levels[0])))
@@ -189,7 +191,9 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
                 self.settings.interval,
                 self.settings.settling,
                 speed=speed,
+                shaft=shaft,
             )
+        self.tell_misfit(shaft.misfit())
         currents, torques = taken.currents.ravel(), taken.torques.ravel()
         if not np.ptp(currents):
             limit = max(taken.current_accuracy.resolution, taken.current_accuracy.offset)

@@ -19,6 +19,7 @@ from procedures.estimation.mechanics.torque_constant import (
     induced_constant,
 )
 from procedures.techniques.shaft.driven_shaft import check_held
+from procedures.techniques.shaft.shaft_readings import ShaftReadings
 
 #: Waits before the readings of a level that are tried one after the other, in units of the first.
 _LONGER = (1.0, 4.0, 16.0)
@@ -66,16 +67,23 @@ class TorqueLevels:
 
 
 def torque_at_levels(
-    bench: Bench, levels: Sequence[float], readings: int, interval: float, settling: float, *, speed: float
+    bench: Bench,
+    levels: Sequence[float],
+    readings: int,
+    interval: float,
+    settling: float,
+    *,
+    speed: float,
+    shaft: ShaftReadings,
 ) -> TorqueLevels:
     """Return readings about `interval` (s) apart at each current (A), `settling` (s) after it was set, or longer where the torque lags.
 
     The `speed` (rad/s) and a current are driven already; levels follow one another in even steps. Where a little of a lag is left, the
-    first is left out.
+    first is left out. `shaft` takes the readings of the dynamometer.
     Raises ProcedureError where the torque lags however long it is waited for, or the speed is not held.
     """
     for share in _LONGER:
-        taken = _taken(bench, levels, readings, interval, share * settling, speed)
+        taken = _taken(bench, levels, readings, interval, share * settling, speed, shaft)
         drift = drift_within_levels(taken.torques, taken.torque_accuracy.resolution)
         if not drift or bench.dynamometer.read_by_hand:
             return taken
@@ -98,7 +106,13 @@ def torque_at_levels(
 
 
 def _taken(
-    bench: Bench, levels: Sequence[float], readings: int, interval: float, settling: float, speed: float
+    bench: Bench,
+    levels: Sequence[float],
+    readings: int,
+    interval: float,
+    settling: float,
+    speed: float,
+    readings_of: ShaftReadings,
 ) -> TorqueLevels:
     shape = len(levels), readings
     currents, torques, speeds = np.empty(shape), np.empty(shape), np.empty(shape)
@@ -112,7 +126,7 @@ def _taken(
         bench.clock.sleep(settling if place else _AT_FIRST * settling)
         for number in range(readings):
             bench.clock.sleep(float(waits[place, number]))
-            shaft = bench.dynamometer.measure()
+            shaft = readings_of.measure()
             check_held(bench, [shaft], speed)
             # What the dynamometer puts on the shaft, the motor takes off.
             torques[place, number], speeds[place, number] = -shaft.torque, shaft.speed
