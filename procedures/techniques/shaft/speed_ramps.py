@@ -1,6 +1,7 @@
 """Ramps of a shaft's speed: driven by the dynamometer's torque, and coasting (§3.5)."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -19,6 +20,7 @@ from procedures.estimation.mechanics.ramp_torque import torque_runout
 from procedures.estimation.mechanics.turning import SpeedRamp
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.shaft.plots import coast_plot, ramp_plot
+from procedures.techniques.shaft.shaft_readings import ShaftReadings
 from procedures.techniques.shaft.torque_zero import TorqueZero, ZeroLine, read_zero
 
 #: Share of the dynamometer's torque at which the search for the ramp's torque begins.
@@ -195,7 +197,7 @@ class RampRecorder:
         deadline = switched + self._settings.longest_coast
         self._bench.show(lambda: ramp_plot(_COAST, switched, self._settings.coast_share * top))
         readings: list[DynamometerReading] = []
-        while not readings or (readings[-1].speed > self._settings.coast_share * top and clock.now() < deadline):
+        while clock.now() < deadline and not _is_slow(readings, self._settings.coast_share * top):
             readings.append(dynamometer.measure())
             clock.sleep(self._settings.sample_interval)
         dynamometer.stop()
@@ -250,7 +252,7 @@ class RampRecorder:
         # Against a large friction the torque above it is left to the inertia alone: the drive itself keeps the speed down.
         with dynamometer.driving_torque(torque, min(1.05 * top, dynamometer.maximum_speed)):
             self._bench.clock.sleep(trial)
-            reached = dynamometer.measure().speed
+            reached = ShaftReadings(self._bench).measure().speed
         dynamometer.stop()
         return reached * self._settings.ramp_time / (trial * top)
 
@@ -301,3 +303,11 @@ def _within_reach(key: str, stated: float) -> float:
             )
         )
     return stated
+
+
+def _is_slow(readings: Sequence[DynamometerReading], limit: float) -> bool:
+    """Return whether a coast has come down to a speed (rad/s): one reading far below the one before may be the sensor's."""
+    if len(readings) < 2 or readings[-1].speed > limit:
+        return False
+    before, last = (each.speed for each in readings[-2:])
+    return before <= limit or last > 0.5 * before

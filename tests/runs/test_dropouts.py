@@ -1,0 +1,19 @@
+"""A shaft's sensor whose readings sometimes come as zeros."""
+
+import pytest
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_zeros_among_the_readings_end_no_procedure_and_are_told(motorbench, tmp_path, seed):
+    disturbances = tmp_path / "disturbances.toml"
+    disturbances.write_text("[dynamometer]\ndropouts = 0.02\n", encoding="utf-8")
+    status, given = motorbench(
+        "run", "inertia", "torque-constant", "--set", "torque-constant.winding_temperature=25", "--station", "virtual",
+        "--motor", "lg-400w", "--seed", str(seed), "--disturbances", str(disturbances),
+    )  # fmt: skip
+    assert status == 0, given.get("cause")
+    assert "dropouts" in {w["id"] for w in given["warnings"]}
+    for name in ("inertia", "coulomb_friction", "torque_constant"):
+        parameter = given["parameters"][name]
+        low, high = parameter["coverage_interval"]
+        assert low <= parameter["truth"] <= high, (name, parameter["value"], parameter["truth"])
