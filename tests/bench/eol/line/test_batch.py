@@ -222,3 +222,13 @@ def test_a_database_of_a_newer_schema_is_refused_and_left_alone(bench: Any) -> N
     with pytest.raises(InputError, match="9999"):
         bench.run()
     assert not (bench.folder / "runs" / "small" / FILE).exists(), "nothing was begun"
+
+
+def test_motors_whose_line_of_the_log_is_lost_give_their_numbers_to_no_others(bench: Any) -> None:
+    """Records are on the disk before the log is: a power cut takes the log's last lines alone."""
+    bench.run(motors=2)
+    log = bench.request.runs / "small" / FILE
+    log.write_bytes(b"".join(log.read_bytes().splitlines(keepends=True)[:1]))
+    counts, _ = bench.run(motors=3)
+    assert (counts.motors, counts.waits.anything) == (1, False)
+    assert [(each.number, each.serial_number[-1]) for each in kept(bench)][2:] == [(3, "3")]
