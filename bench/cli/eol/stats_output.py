@@ -25,6 +25,7 @@ from bench.eol.statistics_messages import (
     scale_for,
     share_outside,
     signals,
+    stated_limits,
     trimmed,
 )
 from bench.eol.store.tallies import Failures
@@ -149,7 +150,7 @@ def _figures(parameters: Mapping[str, ParameterStatistics], labels: ParameterLab
             str(found.count),
             figure(found.mean / scale.factor, digits),
             figure(spread, digits + 1),
-            bounds(found.limits.low, found.limits.high, scale, digits),
+            stated_limits(found.limits.low, found.limits.high, scale, digits),
             bounds(found.least, found.most, scale, digits),
         )
     return table
