@@ -6,6 +6,7 @@ from datetime import datetime
 
 from sqlalchemy import Connection, RowMapping, Select, select, union
 
+from bench.eol.serial_number import spellings
 from bench.eol.store.records import utc
 from bench.eol.store.schema import CHECK, FIGURE, MOTOR, NOT_PASSED
 from bench.eol.store.selection import Selection
@@ -69,7 +70,8 @@ def motors_not_passed(connection: Connection, selection: Selection, failed_at: s
 
 def motors_by_serial_number(connection: Connection, serial_numbers: Sequence[str], most: int) -> list[FoundMotor]:
     """Return all tests of some motors, in any batch and of any type, the latest first."""
-    query = select(MOTOR).where(MOTOR.c.serial_number.in_(serial_numbers)).order_by(MOTOR.c.id.desc()).limit(most)
+    any_of = [spelling for serial_number in serial_numbers for spelling in spellings(serial_number)]
+    query = select(MOTOR).where(MOTOR.c.serial_number.in_(any_of)).order_by(MOTOR.c.id.desc()).limit(most)
     return [_found(row, None, "") for row in connection.execute(query).mappings()]
 
 

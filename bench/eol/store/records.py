@@ -8,6 +8,7 @@ from typing import Any
 from sqlalchemy import CompoundSelect, Connection, Engine, Select, case, delete, exists, func, or_, select, union_all
 
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
+from bench.eol.serial_number import spellings
 from bench.eol.store.batch_plans import forget_plans
 from bench.eol.store.faults import FAULTS, fault_of
 from bench.eol.store.insertion import insert_record, settle
@@ -127,7 +128,7 @@ class Records:
 
     def of_motor(self, serial_number: str) -> list[MotorRecord]:
         """Return all tests of a serial number, the first one first."""
-        query = select(MOTOR).where(MOTOR.c.serial_number == serial_number).order_by(MOTOR.c.id)
+        query = select(MOTOR).where(MOTOR.c.serial_number.in_(spellings(serial_number))).order_by(MOTOR.c.id)
         with self._engine.connect() as connection:
             return _restored(connection, connection.execute(query).mappings().all())
 

@@ -324,3 +324,18 @@ def test_a_chart_of_what_is_not_normally_distributed_has_no_limits_in_words(call
         put(stator_resistance=float(value))
     code, out, _ = call()
     assert (code, "without control limits" in " ".join(out.split()), "inf" in out) == (0, True, False)
+
+
+def test_limits_are_shown_as_they_were_stated_whatever_the_spread(call: Call, put: Put) -> None:
+    put(stator_resistance=1.0, limits=(0.5, 1.5))
+    assert "0.5 … 1.5" in call("--language", "en")[1], "one motor has no spread"
+    put(stator_resistance=900.0, limits=(0.5, 1.5))
+    assert "0.5 … 1.5" in call("--language", "en")[1]
+
+
+def test_a_golden_motor_that_was_never_tested_is_a_slip(call: Call, put: Put) -> None:
+    put(serial="GOLD", stator_resistance=10.5)
+    put(stator_resistance=10.5)
+    assert call("--golden", "GOLD")[0] == 0
+    code, _, err = call("--golden", "GOLDD")
+    assert (code, "no test of a motor 'GOLDD'" in err) == (2, True)
