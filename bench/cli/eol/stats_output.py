@@ -55,10 +55,10 @@ def print_statistics(
     named_rules: bool,
 ) -> None:
     """Print the yields, what failed, a line a parameter; `detailed` adds histogram and chart of each."""
-    console = console_on(sys.stdout)
+    console = console_on(sys.stdout, markup=False)
 
     def say(words: Text) -> None:
-        console.print(words.render(translate), markup=False, soft_wrap=True)
+        console.print(words.render(translate), soft_wrap=True)
 
     selection = found.selection
     batches = ", ".join(selection.batches[:5]) + (" …" if len(selection.batches) > 5 else "")
