@@ -281,10 +281,13 @@ def _ordered(plan: Plan, writer: RecordWriter) -> Sequence[PlannedCheck]:
 def _begun_before(log: BatchLog, writer: RecordWriter) -> tuple[list[BatchMotor], int]:
     """Return the motors that were begun and have no record, each once, and the highest number that a motor has.
 
-    A power cut may take the log's last lines and leave the records of their motors.
+    A power cut may take the log's last lines and leave the records of their motors. Another station's batch of this name may have
+    its records in the same file.
     """
     kept, last = bytearray(log.last + 1), log.last
-    for number in writer.numbers(log.name):
+    for number, identifier in writer.numbers(log.name):
+        if identifier != log.identifier(number):
+            continue
         if number <= log.last:
             kept[number] = 1
         last = max(last, number)

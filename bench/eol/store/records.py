@@ -57,11 +57,11 @@ class Records:
             rows = connection.execution_options(yield_per=5000).execute(query)
             return {row.serial_number: Verdict(row.verdict) for row in rows}
 
-    def numbers(self, batch: str) -> Iterator[int]:
-        """Give the numbers of a batch's motors that have a record."""
-        query = select(MOTOR.c.number).where(MOTOR.c.batch == batch)
+    def numbers(self, batch: str) -> Iterator[tuple[int, str]]:
+        """Give number and identifier of each record of the batches of a name."""
+        query = select(MOTOR.c.number, MOTOR.c.identifier).where(MOTOR.c.batch == batch)
         with self._engine.connect() as connection:
-            yield from connection.execution_options(yield_per=5000).execute(query).scalars()
+            yield from connection.execution_options(yield_per=5000).execute(query).tuples()
 
     def experience(self, plan: str) -> dict[str, tuple[int, int, float]]:
         """Return of each procedure of a plan how many attempts were made, how many did not pass, and their mean time (s)."""
