@@ -61,7 +61,8 @@ class Records:
         """Give number and identifier of each record of the batches of a name."""
         query = select(MOTOR.c.number, MOTOR.c.identifier).where(MOTOR.c.batch == batch)
         with self._engine.connect() as connection:
-            yield from connection.execution_options(yield_per=5000).execute(query).tuples()
+            rows = connection.execution_options(yield_per=5000).execute(query)
+            yield from ((row.number, row.identifier) for row in rows)
 
     def experience(self, plan: str) -> dict[str, tuple[int, int, float]]:
         """Return of each procedure of a plan how many attempts were made, how many did not pass, and their mean time (s)."""
