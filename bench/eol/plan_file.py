@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from bench.eol.limits import GuardBand
+from bench.eol.serial_number import spelled
 from bench.files.toml_file import Section
 from bench.plugins.files import PluginsSection
 from drivers.interfaces.text import text
@@ -71,7 +72,7 @@ class _Procedure(Section):
 
 
 #: A figure in its parameter's unit, or typed with a unit of that kind, as "15.2 mΩ".
-Figure = Annotated[float, Field(strict=True, allow_inf_nan=False)] | Annotated[str, Field(strict=True, min_length=1)]
+Figure = Annotated[float, Field(strict=True, allow_inf_nan=False)] | Annotated[str, Field(strict=True)]
 
 
 class LimitSection(Section):
@@ -177,9 +178,10 @@ class GoldenTestSection(Section):
     @field_validator("serial_numbers")
     @classmethod
     def _each_once(cls, serials: list[str]) -> list[str]:
-        if len(set(serials)) < len(serials) or not all(serials):
+        golden = [spelled(serial) for serial in serials]
+        if len(set(golden)) < len(golden) or not all(golden):
             raise ValueError(text("each golden motor's serial number stands there once, and none is empty"))
-        return serials
+        return golden
 
 
 class PlanFile(Section):

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from bench.eol.line_statistics import Golden, ParameterStatistics
     from bench.eol.store.distribution import Histogram
 
+#: No limit is shown with more decimals, unless its parameter's figures are.
+_MOST_DECIMALS = 12
 VERDICTS: Mapping[Verdict, Text] = {
     Verdict.PASS: text("pass"),
     Verdict.FAIL: text("fail"),
@@ -162,6 +164,14 @@ def scale_for(each: "ParameterStatistics") -> Scale:
 def bounds(low: float, high: float, scale: Scale, digits: int) -> str:
     """Return an interval; an open side is a dash."""
     return " … ".join(figure(side / scale.factor, digits) if math.isfinite(side) else "–" for side in (low, high))
+
+
+def stated_limits(low: float, high: float, scale: Scale, digits: int) -> str:
+    """Return limits with `digits` decimals, or as many more as they were stated with, up to four significant ones."""
+    sides = [abs(side / scale.factor) for side in (low, high) if math.isfinite(side)]
+    while digits < _MOST_DECIMALS and any(abs(round(side, digits) - side) > 1e-4 * side for side in sides):
+        digits += 1
+    return bounds(low, high, scale, digits)
 
 
 def index(capability: Capability, which: str) -> str:

@@ -170,7 +170,7 @@ def nearest(word: str, known: Sequence[str], far: Text | None = None) -> Text:
     """Return a hint at the known words: the nearest one; where none is near what is given for it, or all of them."""
     if meant := near(word, known):
         return text("did you mean {name}?", name=meant[0])
-    return far or text("known are: {names}", names=sorted(known))
+    return far or text("known are: {names}", names=sorted(known) or text("none"))
 
 
 def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any], prefix: str) -> Text | str:

@@ -9,9 +9,12 @@ if TYPE_CHECKING:
 _PLAIN_WIDTH = 120
 
 
-def console_on(stream: Any) -> "Console":
-    """Return a console on a stream; one that is no terminal is 120 columns wide."""
+def console_on(stream: Any, *, markup: bool = True) -> "Console":
+    """Return a console on a stream; one that is no terminal is 120 columns wide.
+
+    Without `markup`, what stands in brackets is printed as it is: serial numbers and names may have any.
+    """
     from rich.console import Console
 
     width = None if stream.isatty() else _PLAIN_WIDTH
-    return Console(file=stream, width=width, highlight=False, soft_wrap=False)
+    return Console(file=stream, width=width, highlight=False, soft_wrap=False, markup=markup)

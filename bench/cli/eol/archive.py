@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from bench.cli.new_file import refuse_existing
 from bench.cli.output import print_json
 from bench.eol.archive.batch_archive import ArchiveSummary, restore_archive, runs_elsewhere, write_archive
-from bench.eol.line.batch_log import held_batch
+from bench.eol.line.batch_log import held_batch, is_measured
 from bench.eol.store.database import open_database
 from bench.eol.store.faults import StoreError
 from bench.eol.store.records import Records
@@ -59,6 +59,7 @@ def archive(
     try:
         records_there = Records(engine)
         with held_batch(runs / batch) if remove is not None else nullcontext():
+            measured = remove is None and is_measured(runs / batch)
             elsewhere = runs_elsewhere(records_there, batch, runs)
             summary = write_archive(engine, batch, runs, out)
             if remove is not None:
@@ -68,13 +69,18 @@ def archive(
     finally:
         engine.dispose()
     if json:
-        print_json(_plain(out, summary) | {"removed": remove, "runs_elsewhere": elsewhere})
+        print_json(_plain(out, summary) | {"removed": remove, "runs_elsewhere": elsewhere, "being_measured": measured})
         return
     message = text(
         "batch {batch}, motors: {motors}, files: {files}", batch=batch, motors=summary.motors, files=summary.files
     )
     translate = translator(language_of(language))
     print(at(out, message).render(translate))
+    if measured:
+        part = text(
+            "this batch is being measured: the archive has what was there when it was written. Archive it again when it has ended"
+        )
+        print(f"motorbench: {part.render(translate)}", file=sys.stderr)
     if elsewhere:
         missing = text(
             "motors whose run is not in {runs} and so not in the archive: {count}; it is elsewhere (see --runs) or was removed",

@@ -102,7 +102,7 @@ def check(
     with shown_progress(text("motors of the type"), translate) as progress:
         done = dry_run(request, progress=progress)
     if not json:
-        _print(console_on(sys.stdout), done, translate)
+        _print(console_on(sys.stdout, markup=False), done, translate)
     checked, proposal = None, None
     if each or sound:
         workforce = Workforce(jobs or len(os.sched_getaffinity(0)), cluster)
@@ -159,17 +159,17 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
         waits=done.waits,
         overhead=100.0 * done.overhead,
     )
-    console.print(say(cycle), markup=False)
+    console.print(say(cycle))
     if done.over_floor > 1.0 + _MUCH:
-        console.print(say(text("! The cycle is more than a tenth longer than the physical minimum")), markup=False)
+        console.print(say(text("! The cycle is more than a tenth longer than the physical minimum")))
     rate = text("Sockets: {sockets}; {rate:.0f} motors an hour", sockets=done.sockets, rate=done.per_hour)
-    console.print(say(rate), markup=False)
+    console.print(say(rate))
     if done.assumed:
         assumed = text("Assumed for the motor, because its file has no [virtual]: {names}", names=list(done.assumed))
-        console.print(say(assumed), markup=False)
+        console.print(say(assumed))
     for difference in done.differences:
-        console.print(f"! {difference}", markup=False)
+        console.print(f"! {difference}")
     for words in (*done.unverified, *done.notes):
-        console.print(f"! {say(words)}", markup=False)
+        console.print(f"! {say(words)}")
     for trouble in done.troubles:
-        console.print(f"✗ {say(trouble)}", markup=False)
+        console.print(f"✗ {say(trouble)}")

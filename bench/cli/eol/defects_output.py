@@ -28,10 +28,10 @@ _GRADES = {
 
 def print_defects(checked: DefectCheck, translate: Translate) -> None:
     """Print what gets through, what is rejected wrongly, and what each figure and procedure is worth; 80 columns."""
-    console, found = console_on(sys.stdout), checked.findings
+    console, found = console_on(sys.stdout, markup=False), checked.findings
 
     def say(said: Text) -> None:
-        console.print(said.render(translate), markup=False, width=_WIDTH)
+        console.print(said.render(translate), width=_WIDTH)
 
     if not found.complete:
         say(text("Partial: stopped after {done} of {planned} motors", done=found.measured, planned=found.planned))
@@ -68,7 +68,7 @@ def print_defects(checked: DefectCheck, translate: Translate) -> None:
 
 def print_proposal(proposal: Proposal, checked: DefectCheck, path: Any, translate: Translate) -> None:
     """Print limits and order that were written."""
-    console = console_on(sys.stdout)
+    console = console_on(sys.stdout, markup=False)
     table = _table(translate, text("proposed limits"), text("Parameter"), text("limits"))
     for name, limits in proposal.limits.items():
         table.add_row(checked.labels[name].render(translate), shown_range(limits.low, limits.high))
@@ -96,7 +96,7 @@ def print_proposal(proposal: Proposal, checked: DefectCheck, path: Any, translat
         )
     )
     for line in lines:
-        console.print(line.render(translate), markup=False, width=_WIDTH)
+        console.print(line.render(translate), width=_WIDTH)
 
 
 def as_json(checked: DefectCheck, proposal: Proposal | None) -> Mapping[str, Any]:

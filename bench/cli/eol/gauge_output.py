@@ -18,7 +18,7 @@ def print_gauge(
     studies: Mapping[str, tuple[GaugeStudy, str]], labels: ParameterLabels, confidence: float, translate: Translate
 ) -> None:
     """Print a gauge study, a line a parameter."""
-    console = console_on(sys.stdout)
+    console = console_on(sys.stdout, markup=False)
     table = plain_table(
         translate,
         text("Parameter"),
@@ -57,7 +57,7 @@ def print_gauge(
         "repeatability where its p is above {alpha:g}.",
         alpha=alpha,
     )
-    console.print(message.render(translate), markup=False)
+    console.print(message.render(translate))
 
 
 def print_type_one(
@@ -178,6 +178,6 @@ def print_linearity(
 
 
 def _print(made: object, words: Text, translate: Translate) -> None:
-    console = console_on(sys.stdout)
+    console = console_on(sys.stdout, markup=False)
     console.print(made)
-    console.print(words.render(translate), markup=False, soft_wrap=True)
+    console.print(words.render(translate), soft_wrap=True)

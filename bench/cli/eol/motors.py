@@ -1,5 +1,6 @@
 """`motorbench eol motors`: the motors behind a figure, a bin, a failure, and where their runs are."""
 
+import math
 import sys
 from dataclasses import asdict
 from typing import Annotated, Any
@@ -61,14 +62,22 @@ def motors(
         raise UsageError(text("{names} select different motors; give only one of them", names=" ".join(asked)))
     if not parameter and (low is not None or high is not None):
         raise UsageError(text("--from and --to go with --parameter"))
+    if not (-math.inf if low is None else low) <= (math.inf if high is None else high):
+        raise UsageError(text("--from {low} --to {high}: no figure lies there", low=low, high=high))
     if not 1 <= most <= 100_000:
         raise UsageError(text("--most {most}: 1 to 100000 is allowed", most=most))
     from bench.eol.line_statistics import known_names
     from bench.eol.store.database import open_database
     from bench.eol.store.insertion import settled
-    from bench.eol.store.motors import motors_by_figure, motors_by_serial_number, motors_not_passed
+    from bench.eol.store.motors import (
+        check_measured,
+        motors_by_figure,
+        motors_by_serial_number,
+        motors_not_passed,
+    )
     from bench.eol.store.selection import choose, golden_motors
 
+    translate = translator(language_of(language))
     engine = open_database(records, existing=True)
     try:
         with settled(engine) as connection:
@@ -81,16 +90,19 @@ def motors(
                     found = motors_by_figure(connection, selection, name, low, high, most)
                 else:
                     found = motors_not_passed(connection, selection, failed or "", most)
+                    if failed and not found:
+                        check_measured(connection, failed)
     finally:
         engine.dispose()
+    if not found:
+        print(f"motorbench: {text('no motor of the records is as wanted').render(translate)}", file=sys.stderr)
     if json:
         print_json({"motors": [_plain(asdict(each)) for each in found]})
         return
     from bench.cli.plain_table import plain_table
     from bench.eol.statistics_messages import VERDICTS
 
-    translate = translator(language_of(language))
-    console = console_on(sys.stdout)
+    console = console_on(sys.stdout, markup=False)
     heads = [text("Serial number"), text("Batch"), text("Motor"), text("Began (UTC)"), text("Verdict"), Text("")]
     table = plain_table(translate, *heads, left=2)
     for each in found:
@@ -101,7 +113,7 @@ def motors(
     console.print(table)
     for each in found:
         # On a line of its own: a path is to be copied whole.
-        console.print(f"{each.serial_number}: {each.run or '–'}", markup=False, soft_wrap=True)
+        console.print(f"{each.serial_number}: {each.run or '–'}", soft_wrap=True)
 
 
 def _plain(motor: dict[str, Any]) -> dict[str, Any]:

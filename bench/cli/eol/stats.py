@@ -97,10 +97,13 @@ def stats(
     from bench.cli.eol.stats_output import print_statistics
     from bench.eol.line_statistics import line_statistics, parameter_labels
     from bench.eol.store.database import open_database
+    from bench.eol.store.selection import check_tested
 
     engine = open_database(records, existing=True)
     try:
         found, labels = line_statistics(engine, wanted), parameter_labels(engine)
+        with engine.connect() as connection:
+            check_tested(connection, golden)
     finally:
         engine.dispose()
     if json:

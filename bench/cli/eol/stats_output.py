@@ -25,6 +25,7 @@ from bench.eol.statistics_messages import (
     scale_for,
     share_outside,
     signals,
+    stated_limits,
     trimmed,
 )
 from bench.eol.store.tallies import Failures
@@ -54,10 +55,10 @@ def print_statistics(
     named_rules: bool,
 ) -> None:
     """Print the yields, what failed, a line a parameter; `detailed` adds histogram and chart of each."""
-    console = console_on(sys.stdout)
+    console = console_on(sys.stdout, markup=False)
 
     def say(words: Text) -> None:
-        console.print(words.render(translate), markup=False, soft_wrap=True)
+        console.print(words.render(translate), soft_wrap=True)
 
     selection = found.selection
     batches = ", ".join(selection.batches[:5]) + (" …" if len(selection.batches) > 5 else "")
@@ -149,7 +150,7 @@ def _figures(parameters: Mapping[str, ParameterStatistics], labels: ParameterLab
             str(found.count),
             figure(found.mean / scale.factor, digits),
             figure(spread, digits + 1),
-            bounds(found.limits.low, found.limits.high, scale, digits),
+            stated_limits(found.limits.low, found.limits.high, scale, digits),
             bounds(found.least, found.most, scale, digits),
         )
     return table

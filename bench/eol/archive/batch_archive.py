@@ -23,6 +23,7 @@ from bench.eol.store.spooled_form import record_content, record_of_content
 from bench.i18n.errors import FileError, InputError
 from bench.journal.disk import sync_folder, write_file
 from bench.journal.encoding import dumps, to_bytes
+from bench.journal.errors import RecordError
 from drivers.interfaces.text import reason_of, text
 
 #: Of the file's form; a later one gets another number.
@@ -123,7 +124,7 @@ def read_archive(path: Path) -> ArchiveSummary:
         raise FileError(
             text("{path}: {names} differ from the archived files; nothing was restored", path=path, names=wrong[:5])
         )
-    return ArchiveSummary(str(manifest["batch"]), int(manifest["motors"]), len(seen) - 2, size)
+    return ArchiveSummary(str(manifest["batch"]), manifest["motors"], len(seen) - 2, size)
 
 
 def restore_archive(path: Path, engine: Engine, runs: Path) -> tuple[ArchiveSummary, int]:
@@ -175,6 +176,8 @@ def _put_back(runs: Path, member: tarfile.TarInfo, content: bytes) -> None:
             )
         target.parent.mkdir(parents=True, exist_ok=True)
         write_file(target, content, durable=False)
+    except RecordError as error:
+        raise InputError(text("{brief}. {remedy}", brief=error.brief, remedy=error.remedy)) from error
     except OSError as error:
         raise InputError(text("{target} cannot be written: {error}", target=target, error=reason_of(error))) from error
 
@@ -225,7 +228,7 @@ def _manifest(path: Path, tar: tarfile.TarFile) -> dict[str, Any]:
     batch = manifest["batch"]
     if not isinstance(batch, str) or "/" in batch or batch.startswith(".") or not isinstance(manifest["files"], dict):
         raise ValueError("its manifest names no batch")
-    return dict(manifest)
+    return {**manifest, "motors": int(manifest["motors"])}
 
 
 def _member(tar: tarfile.TarFile, member: tarfile.TarInfo) -> IO[bytes]:

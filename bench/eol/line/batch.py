@@ -230,14 +230,15 @@ def _admission(
             )
         )
     finished = writer.verdicts(log.name) if log.resumed and serials.listed else {}
+    cut_off, last = _begun_before(log, writer) if log.resumed else ([], log.last)
     return Admission(
         serials,
-        _cut_off(log, writer) if log.resumed else (),
+        cut_off,
         desk,
         GoldenGate(
             plan, prepared.limits, [socket.name for socket in line.sockets], writer.golden_tests(plan.name, line.name)
         ),
-        last=log.last,
+        last=last,
         finished=[serial for serial, verdict in finished.items() if verdict in (Verdict.PASS, Verdict.FAIL)],
         golden_by_itself=line.is_virtual and serials.listed,
         waiting=lambda: warm_up.waits and not request.warm,
@@ -277,14 +278,21 @@ def _ordered(plan: Plan, writer: RecordWriter) -> Sequence[PlannedCheck]:
     return by_time_over_failures(plan.checks, writer.experience(plan.name))
 
 
-def _cut_off(log: BatchLog, writer: RecordWriter) -> list[BatchMotor]:
-    """Return the motors that were begun and have no record, each once."""
-    kept = bytearray(log.last + 1)
-    for number in writer.numbers(log.name):
+def _begun_before(log: BatchLog, writer: RecordWriter) -> tuple[list[BatchMotor], int]:
+    """Return the motors that were begun and have no record, each once, and the highest number that a motor has.
+
+    A power cut may take the log's last lines and leave the records of their motors. Another station's batch of this name may have
+    its records in the same file.
+    """
+    kept, last = bytearray(log.last + 1), log.last
+    for number, identifier in writer.numbers(log.name):
+        if identifier != log.identifier(number):
+            continue
         if number <= log.last:
             kept[number] = 1
+        last = max(last, number)
     cut_off = {motor.number: motor for motor in log.begun() if not kept[motor.number]}
-    return list(cut_off.values())
+    return list(cut_off.values()), last
 
 
 class _Counting(BatchListener):

@@ -98,10 +98,11 @@ class BatchLog:
 
     def begun(self) -> Iterator[BatchMotor]:
         """Give the motors that were begun, in order; one begun twice stands there twice."""
-        with self.path.open(encoding="utf-8") as file:
+        with self.path.open("rb") as file:
             for line in file:
                 entry = _entry(line)
-                if isinstance(entry.get("number"), int) and isinstance(entry.get("serial_number"), str):
+                number = entry.get("number")
+                if isinstance(number, int) and number > 0 and isinstance(entry.get("serial_number"), str):
                     yield BatchMotor(**{name: entry[name] for name in BatchMotor.__dataclass_fields__ if name in entry})
 
     def identifier(self, number: int) -> str:
@@ -115,9 +116,9 @@ class BatchLog:
             self._file = -1
 
     def _head(self) -> dict[str, Any]:
-        with self.path.open(encoding="utf-8") as file:
+        with self.path.open("rb") as file:
             line = file.readline()
-        if not line.endswith("\n"):
+        if not line.endswith(b"\n"):
             # It was cut off before it was anything.
             os.ftruncate(self._file, 0)
             return {}
@@ -169,6 +170,15 @@ def held_batch(folder: Path) -> Iterator[None]:
         os.close(file)
 
 
+def is_measured(folder: Path) -> bool:
+    """Tell whether another process is measuring the batch of a folder."""
+    try:
+        with held_batch(folder):
+            return False
+    except InputError:
+        return True
+
+
 def _lock(file: int, path: Path) -> None:
     if not lock(file):
         raise InputError(
@@ -182,7 +192,7 @@ def batch_uid(folder: Path) -> str | None:
     if not path.is_file():
         return None
     try:
-        with path.open(encoding="utf-8", errors="replace") as file:
+        with path.open("rb") as file:
             return _entry(file.readline()).get("batch")
     except OSError as error:
         raise InputError(text("{folder} cannot be read: {error}", folder=path, error=reason_of(error))) from None
@@ -193,8 +203,8 @@ def record_identifier(uid: str, number: int) -> str:
     return str(uuid.uuid5(uuid.UUID(uid), str(number)))
 
 
-def _entry(line: str) -> dict[str, Any]:
-    """Return a line's object; one that was cut off in writing holds nothing."""
+def _entry(line: bytes) -> dict[str, Any]:
+    """Return a line's object; one that was cut off in writing, or damaged, holds nothing."""
     try:
         entry = json.loads(line)
     except ValueError:

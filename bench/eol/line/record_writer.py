@@ -88,11 +88,11 @@ class RecordWriter:
             verdicts = self.records.verdicts(batch)
             return verdicts | {each.serial_number: each.verdict for each in self._spooled() if each.batch == batch}
 
-    def numbers(self, batch: str) -> Iterator[int]:
-        """Give the numbers of a batch's motors that have a record. Raises StoreError where that cannot be looked up."""
+    def numbers(self, batch: str) -> Iterator[tuple[int, str]]:
+        """Give number and identifier of each record of the batches of a name. Raises StoreError where that cannot be looked up."""
         with _reading():
             yield from self.records.numbers(batch)
-            yield from (record.number for record in self._spooled() if record.batch == batch)
+            yield from ((record.number, record.identifier) for record in self._spooled() if record.batch == batch)
 
     def experience(self, plan: str) -> dict[str, tuple[int, int, float]]:
         """Return what `Records.experience` does. Raises StoreError where that cannot be looked up."""

@@ -17,7 +17,8 @@ class WarmUp:
     def __init__(self, line: ProductionLine, last: datetime | None, now: Callable[[], datetime] = wall_time) -> None:
         self._now = now
         self._idle_for, begin = timedelta(hours=line.cold_after), now()
-        cold = last is None or begin - last >= self._idle_for
+        # A last test that is still to come was made while the clock was ahead, and nobody knows when.
+        cold = last is None or abs(begin - last) >= self._idle_for
         self.until = begin + timedelta(seconds=line.warm_up) if line.warm_up and cold and not line.is_virtual else None
 
     @property

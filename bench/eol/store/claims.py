@@ -39,7 +39,11 @@ def claim_serial(engine: Engine, wanted: SerialClaim, stale: timedelta = STALE) 
 
     A claim of the same record is made again, and one that is older than `stale` is taken over.
     """
-    values = {name: getattr(wanted, name) for name in _NAMES} | {"stale_before": wanted.since - stale}
+    values = {name: getattr(wanted, name) for name in _NAMES} | {
+        "stale_before": wanted.since - stale,
+        # Its clock was ahead: it would be held until then.
+        "impossible_after": wanted.since + STALE,
+    }
     while True:
         with _claiming(engine) as connection:
             if connection.execute(_claim(engine.dialect.name), values).first() is not None:
@@ -55,13 +59,14 @@ def _claim(dialect: str) -> ReturningInsert[tuple[str]]:
     """Return the statement, built once: it is made for every motor."""
     insert = (postgresql if dialect == "postgresql" else sqlite).insert(SERIAL_CLAIM)
     excluded = insert.excluded
-    stale_before = bindparam("stale_before", type_=SERIAL_CLAIM.c.since.type)
+    since, kind = SERIAL_CLAIM.c.since, SERIAL_CLAIM.c.since.type
+    left = or_(since < bindparam("stale_before", type_=kind), since > bindparam("impossible_after", type_=kind))
     statement: ReturningInsert[tuple[str]] = (
         insert.values({name: bindparam(name) for name in _NAMES})
         .on_conflict_do_update(
             index_elements=[SERIAL_CLAIM.c.serial_number],
             set_={name: excluded[name] for name in _NAMES[1:]},
-            where=or_(SERIAL_CLAIM.c.identifier == excluded.identifier, SERIAL_CLAIM.c.since < stale_before),
+            where=or_(SERIAL_CLAIM.c.identifier == excluded.identifier, left),
         )
         .returning(SERIAL_CLAIM.c.identifier)
     )

@@ -7,6 +7,7 @@ from datetime import datetime
 from sqlalchemy import Engine, bindparam, select
 
 from bench.eol.record import MotorRecord
+from bench.eol.serial_number import spellings
 from bench.eol.store.records import utc
 from bench.eol.store.schema import MOTOR
 from bench.eol.verdict import Verdict
@@ -33,7 +34,7 @@ class EarlierTest:
 
 _COLUMNS = tuple(MOTOR.c[name] for name in EarlierTest.__dataclass_fields__)
 #: Built once: it is asked for every motor.
-_TESTS = select(*_COLUMNS).where(MOTOR.c.serial_number == bindparam("of"), MOTOR.c.golden.is_(False))
+_TESTS = select(*_COLUMNS).where(MOTOR.c.serial_number.in_(bindparam("of", expanding=True)), MOTOR.c.golden.is_(False))
 
 
 def earlier_tests(engine: Engine, serial_number: str) -> list[EarlierTest]:
@@ -41,7 +42,7 @@ def earlier_tests(engine: Engine, serial_number: str) -> list[EarlierTest]:
     with engine.connect() as connection:
         return [
             EarlierTest(**{**row, "started": utc(row["started"]), "verdict": Verdict(row["verdict"])})
-            for row in connection.execute(_TESTS, {"of": serial_number}).mappings()
+            for row in connection.execute(_TESTS, {"of": spellings(serial_number)}).mappings()
         ]
 
 

@@ -7,6 +7,7 @@ from datetime import UTC, date, datetime, time
 from sqlalchemy import ColumnElement, Engine, and_, select
 
 from bench.eol.record import MotorRecord
+from bench.eol.serial_number import spellings
 from bench.eol.store.records import Records, utc
 from bench.eol.store.schema import GOLDEN, MOTOR
 from bench.eol.verdict import Verdict
@@ -24,11 +25,14 @@ class GoldenTests:
     station: str
     ask_server: Callable[[Callable[[Engine], list[MotorRecord]]], list[MotorRecord] | None] = lambda _question: None
 
-    def last_passed(self, socket: str) -> datetime | None:
-        """Return when (UTC) a golden motor passed at a socket, None where none has, or one did not pass since."""
+    def last_passed(self, socket: str, now: datetime) -> datetime | None:
+        """Return when (UTC) a golden motor passed at a socket, None where none has, or one did not pass since.
+
+        Tests that end after `now` were made while the clock was ahead, and nobody knows when.
+        """
         query = (
             select(MOTOR.c.ended, MOTOR.c.verdict)
-            .where(self._tested(socket), MOTOR.c.verdict != Verdict.ABORTED.value)
+            .where(self._tested(socket), MOTOR.c.verdict != Verdict.ABORTED.value, MOTOR.c.ended <= now)
             .order_by(MOTOR.c.ended.desc())
             .limit(1)
         )
@@ -48,7 +52,7 @@ class GoldenTests:
             .where(
                 self._tested(socket),
                 MOTOR.c.verdict == Verdict.PASS.value,
-                MOTOR.c.serial_number == serial_number,
+                MOTOR.c.serial_number.in_(spellings(serial_number)),
                 MOTOR.c.started >= begin,
             )
             .order_by(MOTOR.c.started)

@@ -6,12 +6,17 @@ from datetime import datetime
 
 from sqlalchemy import Connection, RowMapping, Select, select, union
 
+from bench.eol.serial_number import spellings
 from bench.eol.store.records import utc
 from bench.eol.store.schema import CHECK, FIGURE, MOTOR, NOT_PASSED
 from bench.eol.store.selection import Selection
+from bench.eol.store.tallies import parameters
 from bench.eol.told_causes import cause_told
 from bench.eol.verdict import Verdict
+from bench.files.toml_file import nearest
+from bench.i18n.errors import UsageError
 from bench.i18n.language import translator
+from drivers.interfaces.text import text
 
 #: Failed motors, the latest, that are compared with all.
 _FAILED = 1000
@@ -69,8 +74,17 @@ def motors_not_passed(connection: Connection, selection: Selection, failed_at: s
 
 def motors_by_serial_number(connection: Connection, serial_numbers: Sequence[str], most: int) -> list[FoundMotor]:
     """Return all tests of some motors, in any batch and of any type, the latest first."""
-    query = select(MOTOR).where(MOTOR.c.serial_number.in_(serial_numbers)).order_by(MOTOR.c.id.desc()).limit(most)
+    any_of = [spelling for serial_number in serial_numbers for spelling in spellings(serial_number)]
+    query = select(MOTOR).where(MOTOR.c.serial_number.in_(any_of)).order_by(MOTOR.c.id.desc()).limit(most)
     return [_found(row, None, "") for row in connection.execute(query).mappings()]
+
+
+def check_measured(connection: Connection, name: str) -> None:
+    """Raise UsageError for what is no parameter and no procedure of any record: that nothing failed there says nothing."""
+    known = {*parameters(connection), *connection.execute(select(CHECK.c.procedure).distinct()).scalars()}
+    if name not in known:
+        hint = nearest(name, sorted(known))
+        raise UsageError(text("the records have no parameter or procedure {name!r}; {hint}", name=name, hint=hint))
 
 
 def figures_of_failed(

@@ -8,6 +8,7 @@ from typing import Any
 from sqlalchemy import CompoundSelect, Connection, Engine, Select, case, delete, exists, func, or_, select, union_all
 
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
+from bench.eol.serial_number import spellings
 from bench.eol.store.batch_plans import forget_plans
 from bench.eol.store.faults import FAULTS, fault_of
 from bench.eol.store.insertion import insert_record, settle
@@ -56,11 +57,12 @@ class Records:
             rows = connection.execution_options(yield_per=5000).execute(query)
             return {row.serial_number: Verdict(row.verdict) for row in rows}
 
-    def numbers(self, batch: str) -> Iterator[int]:
-        """Give the numbers of a batch's motors that have a record."""
-        query = select(MOTOR.c.number).where(MOTOR.c.batch == batch)
+    def numbers(self, batch: str) -> Iterator[tuple[int, str]]:
+        """Give number and identifier of each record of the batches of a name."""
+        query = select(MOTOR.c.number, MOTOR.c.identifier).where(MOTOR.c.batch == batch)
         with self._engine.connect() as connection:
-            yield from connection.execution_options(yield_per=5000).execute(query).scalars()
+            rows = connection.execution_options(yield_per=5000).execute(query)
+            yield from ((row.number, row.identifier) for row in rows)
 
     def experience(self, plan: str) -> dict[str, tuple[int, int, float]]:
         """Return of each procedure of a plan how many attempts were made, how many did not pass, and their mean time (s)."""
@@ -127,7 +129,7 @@ class Records:
 
     def of_motor(self, serial_number: str) -> list[MotorRecord]:
         """Return all tests of a serial number, the first one first."""
-        query = select(MOTOR).where(MOTOR.c.serial_number == serial_number).order_by(MOTOR.c.id)
+        query = select(MOTOR).where(MOTOR.c.serial_number.in_(spellings(serial_number))).order_by(MOTOR.c.id)
         with self._engine.connect() as connection:
             return _restored(connection, connection.execute(query).mappings().all())
 

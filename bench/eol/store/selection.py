@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from sqlalchemy import ColumnElement, Connection, Integer, Row, Select, and_, cast, func, not_, or_, select, true
 
+from bench.eol.serial_number import spellings
 from bench.eol.store.schema import GOLDEN, MOTOR
 from bench.eol.store.stretches import Stretch, among, joined, summed_stretches, unsummed
 from bench.eol.store.summed_tables import SUMMED_MOTORS
@@ -64,8 +65,17 @@ def golden_keys(serial_numbers: Sequence[str]) -> Select[int]:
 
 def golden_motors(connection: Connection, named: Sequence[str] = ()) -> tuple[str, ...]:
     """Return the serial numbers of golden motors: those named, and those that the records know as such."""
+    there = [spelling for name in named for spelling in spellings(name)]
     known = connection.execute(select(MOTOR.c.serial_number).where(GOLDEN).distinct()).scalars()
-    return tuple(dict.fromkeys([*named, *sorted(known)]))
+    return tuple(dict.fromkeys([*there, *sorted(known)]))
+
+
+def check_tested(connection: Connection, serial_numbers: Sequence[str]) -> None:
+    """Raise UsageError for a motor that no records have: of a slip in a golden one nobody would know that it counts in each yield."""
+    for serial_number in serial_numbers:
+        query = select(MOTOR.c.id).where(MOTOR.c.serial_number.in_(spellings(serial_number))).limit(1)
+        if connection.execute(query).first() is None:
+            raise UsageError(text("the records contain no test of a motor {serial!r}", serial=serial_number))
 
 
 def kept_batches(connection: Connection) -> list[tuple[str, str]]:

@@ -1,5 +1,6 @@
 """A batch archived, removed, restored; and thinned out by a rule."""
 
+import errno
 import json
 import tarfile
 import tracemalloc
@@ -18,6 +19,7 @@ from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import FileError, InputError
+from bench.journal.errors import RecordError
 from bench.journal.removed import removed_files
 from tests.bench.eol.motor_records import motor_record
 from tests.command_line import called
@@ -207,3 +209,40 @@ def test_an_archive_takes_no_more_memory_for_a_longer_batch(tmp_path: Path, monk
         tracemalloc.stop()
     engine.dispose()
     assert peaks[1] - peaks[0] < 300_000, peaks
+
+
+def test_an_archive_of_a_batch_that_is_being_measured_says_so(
+    call: Call, batches: Path, tmp_path: Path, reference: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = BatchLog(batches / "B1", {"name": "B1"})
+    code, said, _ = call("archive", "B1", "--output", str(tmp_path / "one"))
+    assert (code, json.loads(said)["being_measured"]) == (0, True)
+    typed = (
+        "eol",
+        "archive",
+        "B1",
+        "--records",
+        reference,
+        "--runs",
+        str(batches),
+        "--output",
+        str(tmp_path / "shown"),
+    )
+    assert "this batch is being measured" in called(capsys, *typed)[2]
+    log.close()
+    said = call("archive", "B1", "--output", str(tmp_path / "two"))[1]
+    assert not json.loads(said)["being_measured"]
+
+
+def test_a_disk_without_room_for_what_is_restored_is_said_once(
+    call: Call, batches: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "B1.tar.gz"
+    call("archive", "B1", "--output", str(out), "--remove", "all")
+
+    def full(path: Path, _content: bytes, **_kind: bool) -> None:
+        raise RecordError(path, OSError(errno.ENOSPC, ""))
+
+    monkeypatch.setattr("bench.eol.archive.batch_archive.write_file", full)
+    code, _, err = call("restore", str(out))
+    assert (code, err.count("cannot be written"), "Make room on that disk" in err) == (1, 1, True)

@@ -1,11 +1,14 @@
 """`motorbench eol motor`: one motor's tests, and what changed from each to the next."""
 
+import json
 import math
 from datetime import timedelta
 
 import pytest
+from sqlalchemy import Engine
 
 from bench.eol.record import MeasuredFigure
+from bench.eol.store.earlier_tests import earlier_tests
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
 from tests.bench.eol.motor_records import NOON, motor_record
@@ -41,3 +44,17 @@ def test_what_changed_since_is_said_in_the_reader_s_language(
     chinese = called(capsys, "eol", "motor", "R-1", "--records", reference, "--language", "zh")[1]
     assert "不合格 → 合格" in chinese
     assert "→ pass" not in chinese
+
+
+def test_a_motor_is_found_however_its_letters_are_sent(
+    records: Records, engine: Engine, reference: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Records of earlier versions have serial numbers as they were sent."""
+    one, two = "RU\u0308-1", "R\u00dc-1"
+    records.save(motor_record(1, serial_number=one))
+    for typed in (one, two):
+        assert [test.number for test in earlier_tests(engine, typed)] == [1]
+        code, out, _ = called(capsys, "eol", "motor", typed, "--records", reference)
+        assert (code, len(out.splitlines())) == (0, 1)
+        code, out, _ = called(capsys, "eol", "motors", "--serial", typed, "--records", reference, "--json")
+        assert (code, [each["serial_number"] for each in json.loads(out)["motors"]]) == (0, [one])

@@ -324,3 +324,44 @@ def test_a_chart_of_what_is_not_normally_distributed_has_no_limits_in_words(call
         put(stator_resistance=float(value))
     code, out, _ = call()
     assert (code, "without control limits" in " ".join(out.split()), "inf" in out) == (0, True, False)
+
+
+def test_limits_are_shown_as_they_were_stated_whatever_the_spread(call: Call, put: Put) -> None:
+    put(stator_resistance=1.0, limits=(0.5, 1.5))
+    assert "0.5 … 1.5" in call("--language", "en")[1], "one motor has no spread"
+    put(stator_resistance=900.0, limits=(0.5, 1.5))
+    assert "0.5 … 1.5" in call("--language", "en")[1]
+
+
+def test_a_golden_motor_that_was_never_tested_is_a_slip(call: Call, put: Put) -> None:
+    put(serial="GOLD", stator_resistance=10.5)
+    put(stator_resistance=10.5)
+    assert call("--golden", "GOLD")[0] == 0
+    code, _, err = call("--golden", "GOLDD")
+    assert (code, "no test of a motor 'GOLDD'" in err) == (2, True)
+
+
+def test_brackets_in_names_are_printed_as_they_are(call: Call, records: Records) -> None:
+    """The terminal's library takes them for its own: of some it makes a colour, of others an error."""
+    records.save(motor_record(1, station="hall [/7]", serial_number="A[red]1"))
+    code, out, _ = call("--by", "station")
+    assert (code, "hall [/7]" in out) == (0, True)
+
+
+def test_motors_that_nothing_can_match_are_said_to_be_none(
+    put: Put, records: Records, reference: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    put(stator_resistance=10.0, serial="A[/b]1")
+    put(stator_resistance=20.0, serial="A[/b]2")
+
+    def motors(*arguments: str) -> tuple[int, str, str]:
+        return called(capsys, "eol", "motors", *arguments, "--records", reference, "--language", "en")
+
+    code, out, err = motors("--failed", "stator_resistance")
+    assert (code, "A[/b]2" in out, "A[/b]1" in out, err) == (0, True, False, "")
+    assert "did you mean stator_resistance?" in motors("--failed", "stator_resistanse")[2]
+    assert motors("--failed", "stator_resistanse")[0] == 2
+    limits = ("--parameter", "stator_resistance", "--from")
+    assert [motors(*limits, *given)[0] for given in (("nan",), ("5", "--to", "1"), ("15",))] == [2, 2, 0]
+    code, _, err = motors("--serial", "A3")
+    assert (code, err) == (0, "motorbench: no motor of the records is as wanted\n")

@@ -7,6 +7,7 @@ from typing import Protocol, TypeVar
 
 from bench.eol.admission_rule import AdmittedTest, RefusedTest, decide, under_test
 from bench.eol.plan_file import RetestSection
+from bench.eol.serial_number import spelled
 from bench.eol.store.claims import SerialClaim
 from bench.eol.store.earlier_tests import EarlierTest, in_order
 from bench.eol.store.faults import StoreError
@@ -55,7 +56,7 @@ class AdmissionDesk:
 
     def permit(self, serial_number: str, person: str) -> None:
         """Accept a person's responsibility for one serial number the next time it comes, from any thread."""
-        self._permitted[serial_number] = person
+        self._permitted[spelled(serial_number)] = person
 
     def admit(self, serial_number: str, number: int, socket: str, person: str = "") -> AdmittedTest | RefusedTest:
         """Admit a serial number as the batch's motor of this number, or say why not; a `person` had permitted it before."""

@@ -12,12 +12,15 @@ from bench.eol.store.faults import FAULTS
 from bench.eol.verdict import Verdict
 from drivers.interfaces.text import Text, text
 
+#: By so much a clock may be set without a word.
+_DRIFT = timedelta(minutes=5)
+
 
 class GoldenHistory(Protocol):
     """Golden motors in a station's records."""
 
-    def last_passed(self, socket: str) -> datetime | None:
-        """Return when (UTC) one passed at a socket, None where none has, or one did not pass since."""
+    def last_passed(self, socket: str, now: datetime) -> datetime | None:
+        """Return when (UTC) before `now` one passed at a socket, None where none has, or one did not pass since."""
 
     def history(self, socket: str, serial_number: str, tests: int, since: date | None) -> dict[str, Sequence[float]]:
         """Return its figures by parameter in its first tests there, nothing where there are too few."""
@@ -48,7 +51,7 @@ class GoldenGate:
         self._passed: dict[str, datetime | None] = {}
         self._tested: dict[str, int] = dict.fromkeys(sockets, 0)
         if self._rule.serial_numbers:
-            self._passed = {socket: history.last_passed(socket) for socket in sockets}
+            self._passed = {socket: history.last_passed(socket, now() + _DRIFT) for socket in sockets}
 
     def is_golden(self, serial_number: str) -> bool:
         """Tell whether a serial number is a golden motor's."""
@@ -59,11 +62,15 @@ class GoldenGate:
         if not self._rule.serial_numbers:
             return None
         passed = self._passed.get(socket)
+        now = self._now()
         if passed is None:
             why = text("no golden motor has passed there with this plan yet, or the last one did not pass")
-        elif (start := self._shift_start(self._now())) is not None and passed < start:
+        elif passed > now + _DRIFT:
+            time = passed.astimezone().strftime("%Y-%m-%d %H:%M")
+            why = text("the last one passed there at {time}, which is still to come: the clock was put back", time=time)
+        elif (start := self._shift_start(now)) is not None and passed < start:
             why = text("the shift began at {time}", time=start.astimezone().strftime("%H:%M"))
-        elif self._now() - passed >= timedelta(hours=self._rule.every):
+        elif now - passed >= timedelta(hours=self._rule.every):
             time = passed.astimezone().strftime("%Y-%m-%d %H:%M")
             why = text(
                 "the last one passed there at {time}, and it is due every {hours:g} h",

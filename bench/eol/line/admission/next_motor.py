@@ -3,13 +3,13 @@
 from collections import deque
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
-from unicodedata import normalize
 
 from bench.eol.admission_rule import RefusedTest
 from bench.eol.line.admission.admission_desk import AdmissionDesk
 from bench.eol.line.admission.golden_gate import GoldenGate
 from bench.eol.line.admission.serial_numbers import SerialNumbers
 from bench.eol.line.batch_log import BatchMotor
+from bench.eol.serial_number import spelled
 from drivers.interfaces.text import Text, lines, text
 
 
@@ -51,7 +51,8 @@ class Admission:
         # A golden motor that was cut off is due all the same.
         self._cut_off = deque(motor for motor in cut_off if not motor.golden)
         self._desk, self.gate = desk, gate
-        self._passed_over = {*finished, *(motor.serial_number for motor in self._cut_off)} if serials.listed else set()
+        begun = (*finished, *(motor.serial_number for motor in self._cut_off))
+        self._passed_over = set(map(spelled, begun)) if serials.listed else set()
         self._golden_by_itself = golden_by_itself
         self._waiting, self._refused = waiting, refused
         self._last = last
@@ -108,8 +109,7 @@ class Admission:
     def _look(self) -> str | None:
         """Return the next serial number and leave it there."""
         while self._next is None and (taken := self._serials.take()) is not None:
-            # One letter may be sent as one character or as two: the motor is the same.
-            serial_number = normalize("NFC", taken)
+            serial_number = spelled(taken)
             if serial_number not in self._passed_over:
                 self._next = serial_number
         return self._next

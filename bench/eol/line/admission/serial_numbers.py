@@ -92,6 +92,10 @@ def _lines(path: Path) -> Generator[str]:
 
 def _serials_in(stream: IO[str]) -> Generator[str]:
     while line := stream.readline(_LONGEST):
+        rest = line
+        while len(rest) == _LONGEST and not rest.endswith("\n"):
+            # The end of a line that is too long is no serial number of its own.
+            rest = stream.readline(_LONGEST)
         if serial := line.strip(" \r\n"):
             yield serial
 

@@ -9,6 +9,7 @@ from typing import Any, TypeVar, cast
 from sqlalchemy import Engine
 
 from bench.eol.record import MotorRecord
+from bench.eol.serial_number import spelled
 from bench.eol.store.claims import STALE, STALE_BY_PERSON, SerialClaim, claim_serial, release_serial
 from bench.eol.store.database import open_database
 from bench.eol.store.earlier_tests import EarlierTest, earlier_test_of, earlier_tests, in_order, latest_of_plan
@@ -71,7 +72,9 @@ class SerialRegister:
         """Return the tests of a serial number that this station's records have, in order. Raises StoreError."""
 
         def tests(engine: Engine) -> list[EarlierTest]:
-            spooled = [earlier_test_of(each) for each in self._spooled() if each.serial_number == serial_number]
+            spooled = [
+                earlier_test_of(each) for each in self._spooled() if spelled(each.serial_number) == serial_number
+            ]
             return in_order([*earlier_tests(engine, serial_number), *spooled])
 
         return self._ask("own", tests)

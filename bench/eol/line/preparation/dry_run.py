@@ -125,14 +125,14 @@ def dry_run(
 
     `progress` hears how many of all are done.
 
-    Raises InputError for a plan, motor or station that is not right.
+    Raises InputError for a plan, motor or station that is not right, KeyboardInterrupt where it was stopped.
     """
     prepared, assumed = virtually(prepare(request.plan, request.station, request.sockets, request.operator))
     # Said before anything is measured: what cannot stand for an instrument is refused here.
     differences = tuple(dict.fromkeys(_differences(prepared.line)))
     sockets = len(prepared.line.sockets)
     # Sampling tests come with the first motor, the most that one can take.
-    motors = request.motors or 3 * sockets
+    motors = 3 * sockets if request.motors is None else request.motors
     listener = _DryRunListener(lambda done: progress(done, motors))
     with tempfile.TemporaryDirectory(prefix="motorbench-check-") as folder:
         tried = replace(
@@ -144,7 +144,10 @@ def dry_run(
             records=str(Path(folder) / "records.sqlite"),
             procedure_times=True,
         )
-        run_prepared(prepared, tried, listener, io.StringIO(), fork_server)
+        _, stopped = run_prepared(prepared, tried, listener, io.StringIO(), fork_server)
+        if stopped:
+            # The times of a part would be taken for the plan's.
+            raise KeyboardInterrupt
         return _summary(prepared, listener.records, assumed, differences)
 
 
@@ -267,7 +270,7 @@ def _finding(prepared: Prepared, bounds: ParameterLimits, figure: MeasuredFigure
         else math.inf
     )
     least, fault = least_ratio(plan.guard, plan.minimum_ratio, bounds), None
-    if not bounds.low <= figure.value <= bounds.high:
+    if figure.verdict is not Verdict.ERROR and not bounds.low <= figure.value <= bounds.high:
         fault = text("a motor of the type lies outside")
     elif ratio < least:
         fault = text(

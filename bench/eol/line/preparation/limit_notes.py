@@ -58,13 +58,12 @@ def limit_notes(
         if value is not None and not bounds.low <= value <= bounds.high:
             yield text(
                 "{source}: limit on {parameter}: the type's own {value:g} (expected.{parameter} of {motor}) lies outside "
-                "{low:g} … {high:g}",
+                "{limits}",
                 source=plan.source,
                 parameter=parameter,
                 value=value,
                 motor=plan.motor,
-                low=bounds.low,
-                high=bounds.high,
+                limits=_range(bounds),
             )
     yield from _contradictions(plan, limits, expected)
     if not limits:

@@ -17,6 +17,7 @@ from bench.files.toml_file import nearest, validate
 from bench.i18n.errors import FileError, UsageError, at
 from bench.motor.motor_file import MotorFile, load_motor
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
+from bench.plugins.catalogues import Catalogues
 from bench.run.needs import check_needs
 from bench.run.plan import Catalogue, Planned
 from bench.station.calibration_list import calibration_list
@@ -104,11 +105,18 @@ def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = 
     limits = plan.limits(motor.nameplate.expected)
     check_limits(plan, limits)
     notes = (
+        *_unused_plugins(catalogues),
         *limit_notes(plan, limits, motor.nameplate.expected, catalogues.procedures),
         *order_notes(plan, planned),
     )
     parameters = {name: one for each in planned for name, one in each.procedure.parameters.items()}
     return Prepared(plan, motor, line, limits, roles, notes, parameters, safety_tests(planned))
+
+
+def _unused_plugins(catalogues: Catalogues) -> list[Text]:
+    """Return which plug-in files of plan and station, or which names of theirs, cannot be used, and why."""
+    files = {file.origin for file in catalogues.files}
+    return [broken.sentence for broken in catalogues.broken(load=False) if broken.origin in files] if files else []
 
 
 def planned_of(checks: Iterable[PlannedCheck], source: str, known: Catalogue) -> list[Planned]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from nicegui import run as background
 from nicegui import ui
 
-from bench.eol.statistics_messages import VERDICTS, bounds
+from bench.eol.statistics_messages import VERDICTS, stated_limits
 from bench.eol.told_causes import cause_of, diagnosis_of
 from bench.panel.motor_records import (
     FigurePair,
@@ -159,7 +159,7 @@ def _verdict(each: "MeasuredFigure") -> Text:
 
 
 def _limits(each: "MeasuredFigure", scale: Scale, digits: int) -> str:
-    return f"{bounds(each.low, each.high, scale, digits)} {scale.unit}".rstrip() if _limited(each) else "–"
+    return f"{stated_limits(each.low, each.high, scale, digits)} {scale.unit}".rstrip() if _limited(each) else "–"
 
 
 def _limited(each: "MeasuredFigure") -> bool:

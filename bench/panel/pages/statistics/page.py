@@ -20,6 +20,7 @@ from bench.eol.statistics_messages import (
     scale_for,
     share_outside,
     signals,
+    stated_limits,
 )
 from bench.panel.line_records import ALL, Choice, StatisticsView, read_statistics, serial_numbers
 from bench.panel.motor_records import motor_address
@@ -189,7 +190,7 @@ class _Statistics:
         name = self._labels[distribution.parameter]
         rows = [
             (text("Motors"), str(distribution.count)),
-            (text("Limits"), bounds(distribution.limits.low, distribution.limits.high, scale, digits)),
+            (text("Limits"), stated_limits(distribution.limits.low, distribution.limits.high, scale, digits)),
             (text("Mean"), figure(distribution.mean / scale.factor, digits)),
             (text("Standard deviation, all"), figure(spread, digits + 1)),
             (text("Standard deviation, neighbours"), figure(each.within.standard_deviation / scale.factor, digits + 1)),

@@ -17,7 +17,7 @@ class NoGoldenTests:
     ):
         self.passed, self.figures = dict(passed or {}), dict(figures or {})
 
-    def last_passed(self, socket: str) -> datetime | None:
+    def last_passed(self, socket: str, now: datetime) -> datetime | None:
         return self.passed.get(socket)
 
     def history(self, socket: str, serial_number: str, tests: int, since: date | None) -> Mapping[str, Sequence[float]]:

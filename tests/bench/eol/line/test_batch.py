@@ -222,3 +222,28 @@ def test_a_database_of_a_newer_schema_is_refused_and_left_alone(bench: Any) -> N
     with pytest.raises(InputError, match="9999"):
         bench.run()
     assert not (bench.folder / "runs" / "small" / FILE).exists(), "nothing was begun"
+
+
+def test_motors_whose_line_of_the_log_is_lost_give_their_numbers_to_no_others(bench: Any) -> None:
+    """Records are on the disk before the log is: a power cut takes the log's last lines alone."""
+    bench.run(motors=2)
+    log = bench.request.runs / "small" / FILE
+    log.write_bytes(b"".join(log.read_bytes().splitlines(keepends=True)[:1]))
+    counts, _ = bench.run(motors=3)
+    assert (counts.motors, counts.waits.anything) == (1, False)
+    assert [(each.number, each.serial_number[-1]) for each in kept(bench)][2:] == [(3, "3")]
+
+
+def test_a_motor_that_was_cut_off_comes_again_though_another_station_s_batch_of_the_name_has_its_number(
+    make_bench: Callable[[str], Any],
+) -> None:
+    """Two stations of one plan, that keep their records in one file and each its runs in its own folder."""
+    one, other = make_bench("one"), make_bench("other")
+    one.run("A1\n", motors=None, sockets=1)
+    log = one.request.runs / "small" / FILE
+    with log.open("a", encoding="utf-8") as file:
+        file.write('{"number": 2, "serial_number": "A2", "socket": "1"}\n')
+    other.run("B1\nB2\n", motors=None, sockets=1, records=one.request.records)
+    one.listener.records.clear()
+    one.run("", motors=None, sockets=1)
+    assert [(record.number, record.serial_number) for record in one.listener.records] == [(2, "A2")]

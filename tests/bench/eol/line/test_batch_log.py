@@ -74,3 +74,16 @@ def test_a_motor_begun_anew_keeps_what_was_cut_off(tmp_path: Path) -> None:
         "001/001234-A-..-1",
         "001/001234-A-..-1-2",
     ]
+
+
+def test_what_is_damaged_in_a_log_holds_nothing_and_keeps_no_batch_from_going_on(tmp_path: Path) -> None:
+    log = BatchLog(tmp_path, IDENTITY)
+    log.begin(BatchMotor(1, "A1"), "1")
+    log.close()
+    with (tmp_path / FILE).open("ab") as file:
+        file.write(b'{"number": 2, "serial_number": "A\xff"}\n{"number": -5, "serial_number": "A2"}\n' + 512 * b"\0")
+    again = BatchLog(tmp_path, IDENTITY)
+    assert (again.last, [motor.serial_number for motor in again.begun()]) == (1, ["A1"])
+    again.begin(BatchMotor(2, "A3"), "1")
+    assert [motor.serial_number for motor in again.begun()] == ["A1", "A3"]
+    again.close()

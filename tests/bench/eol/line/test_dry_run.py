@@ -1,6 +1,9 @@
 """A plan tried before a motor comes."""
 
 import math
+import os
+import signal
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +13,7 @@ from bench.eol.line.preparation.dry_run import dry_run
 from bench.eol.line.preparation.prepare import BatchRequest
 from bench.eol.line.preparation.procedure_times import TimedClock
 from bench.eol.line.workers.worker_process import ForkServer
+from bench.i18n.errors import UsageError
 from tests.bench.conftest import Clock
 
 EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "eol"
@@ -90,3 +94,21 @@ high = 0.018
         "back-emf-constant: the verified gain of channel 1, 2, 3 holds at 16 V full scale; records at "
     )
     assert done.as_dict()["unverified"] == [str(said)]
+
+
+def test_a_limit_that_cannot_be_decided_is_not_said_to_be_missed(bench: Any) -> None:
+    plan = bench.folder / "plan.toml"
+    content = plan.read_text(encoding="utf-8").replace("percent = 60.0", "low = 0.01599\nhigh = 0.01601")
+    plan.write_text(content.replace("minimum_ratio = 0.0", "minimum_ratio = 1.0"), encoding="utf-8")
+    done = dry_run(BatchRequest(plan, "virtual", Path(), motors=1), bench.fork_server)
+    (resistance,) = [limit for limit in done.limits if limit.parameter == "stator_resistance"]
+    assert not 0.01599 <= resistance.value <= 0.01601
+    assert str(resistance.fault).startswith("undecidable")
+
+
+def test_ctrl_c_ends_it_and_no_motors_is_no_number_of_them(bench: Any) -> None:
+    request = BatchRequest(bench.folder / "plan.toml", "virtual", Path(), motors=3)
+    with pytest.raises(KeyboardInterrupt):
+        dry_run(request, bench.fork_server, lambda _done, _all: os.kill(os.getpid(), signal.SIGINT))
+    with pytest.raises(UsageError, match="--motors 0: allowed are"):
+        dry_run(replace(request, motors=0), bench.fork_server)

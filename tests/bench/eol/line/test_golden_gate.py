@@ -22,6 +22,7 @@ from bench.eol.store.database import open_database
 from bench.eol.store.golden_tests import GoldenTests
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
+from bench.i18n.errors import InputError
 from tests.bench.eol.line.golden import NoGoldenTests, gate_of, open_gate
 from tests.bench.eol.motor_records import motor_record
 
@@ -99,7 +100,7 @@ def test_the_records_know_a_golden_motor_that_did_not_pass_since(tmp_path: Path)
     for number, verdict in enumerate((Verdict.PASS, Verdict.ABORTED, Verdict.ERROR, Verdict.PASS, Verdict.FAIL)):
         ended = MORNING + timedelta(minutes=number)
         Records(engine).save(motor_record(number, golden=True, verdict=verdict, started=MORNING, ended=ended))
-        passed.append(tests.last_passed("1"))
+        passed.append(tests.last_passed("1", MORNING + timedelta(hours=1)))
     engine.dispose()
     later = MORNING + timedelta(minutes=3)
     assert passed == [MORNING, MORNING, None, later, None]
@@ -195,3 +196,27 @@ def test_a_line_that_was_idle_warms_up_and_a_virtual_one_is_warm(bench: Any) -> 
     assert "--warm --person NAME" in str(cold.words)
     now += timedelta(seconds=1200)
     assert not cold.waits
+    ahead = WarmUp(real, now + timedelta(days=400), lambda: now)
+    assert ahead.waits, "the clock was put back: nobody knows when that was"
+
+
+def test_a_clock_that_was_put_back_leaves_no_gate_open(tmp_path: Path) -> None:
+    now = MORNING
+    gate = gate_of(tmp_path, TABLE, ["1"], NoGoldenTests({"1": MORNING}), lambda: now)
+    now = MORNING - timedelta(minutes=2)
+    assert gate.due("1") is None, "a clock that is kept right steps a little"
+    now = MORNING - timedelta(hours=1)
+    assert "which is still to come: the clock was put back" in str(gate.due("1"))
+    engine = open_database(str(tmp_path / "records.sqlite"))
+    tests = GoldenTests(engine, "Pump", "S")
+    for number, ended in enumerate((MORNING, MORNING + timedelta(days=400))):
+        Records(engine).save(motor_record(number, golden=True, verdict=Verdict.PASS, started=MORNING, ended=ended))
+    assert tests.last_passed("1", MORNING + timedelta(hours=1)) == MORNING
+    engine.dispose()
+
+
+def test_a_golden_motor_is_the_same_however_its_letters_are_sent(tmp_path: Path) -> None:
+    gate = gate_of(tmp_path, TABLE.replace("G-1", "Gu\u0308-1"), ["1"])
+    assert gate.is_golden("G\u00fc-1")
+    with pytest.raises(InputError, match="stands there once"):
+        gate_of(tmp_path, TABLE.replace("G-1", "Gu\u0308-1").replace("G-2", "G\u00fc-1"), ["1"])

@@ -7,6 +7,7 @@ import pytest
 
 from bench.eol.line.preparation.prepare import prepare
 from bench.i18n.errors import InputError
+from procedures.note import stator_resistance
 
 
 def changed(bench: Any, *pairs: tuple[str, str]) -> Path:
@@ -99,3 +100,19 @@ def test_a_virtual_socket_has_a_fixture_and_the_type_s_six_step_drive(bench: Any
         "no-load-current-six-step",
         "hall-sensors",
     ]
+
+
+def test_plug_in_files_of_a_plan_that_cannot_be_used_are_told_of(bench: Any) -> None:
+    """Nobody names what they declare: the plan does all the same, and less than its author thinks."""
+    (bench.folder / "torn.py").write_text("def (", encoding="utf-8")
+    (bench.folder / "empty.py").write_text("x = 1\n", encoding="utf-8")
+    own = Path(stator_resistance.__file__).read_text(encoding="utf-8")
+    (bench.folder / "own.py").write_text(own, encoding="utf-8")
+    plan = changed(bench)
+    with plan.open("a", encoding="utf-8") as file:
+        file.write('[plugins]\nfiles = ["torn.py", "empty.py", "own.py"]\n')
+    torn, empty, own = (str(words) for words in prepare(plan, "virtual", 1).notes)
+    assert f"{bench.folder / 'torn.py'} cannot be used" in torn
+    assert "it declares nothing" in empty
+    assert f"stator-resistance from {bench.folder / 'own.py'}" in own
+    assert "the name is taken by" in own

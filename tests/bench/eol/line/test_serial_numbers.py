@@ -96,3 +96,13 @@ def test_made_up_serial_numbers_go_on_where_another_batch_ended(bench: Any) -> N
         bench.run(motors=1, first_serial=0)
     with pytest.raises(UsageError, match=r"--first-serial 7: only for the motors of --motors N"):
         bench.run(motors=None, first_serial=7)
+
+
+@pytest.mark.parametrize("length", [4095, 4096, 4099, 8192, 8195])
+def test_the_end_of_a_line_that_is_too_long_is_no_serial_number(tmp_path: Path, length: int) -> None:
+    path = tmp_path / "serials.txt"
+    path.write_text("X" * length + "\nA1\n", encoding="utf-8")
+    serials = serials_of_file(path)
+    first, second = serials.take(), serials.take()
+    assert (first is not None and len(first), second, serials.take()) == (min(length, 4096), "A1", None)
+    serials.close()

@@ -101,3 +101,12 @@ def test_a_claim_of_a_test_whose_record_waits_for_the_server_holds_nobody_up(ser
     finally:
         for database in databases:
             database.dispose()
+
+
+def test_a_claim_of_a_station_whose_clock_was_ahead_holds_nobody_up(engine: Engine) -> None:
+    early, ahead = (replace(claim(1), since=NOON + off) for off in (STALE, timedelta(days=400)))
+    assert claim_serial(engine, early) is None
+    assert claim_serial(engine, claim(2)) == early, "clocks differ a little"
+    release_serial(engine, early)
+    assert claim_serial(engine, ahead) is None
+    assert claim_serial(engine, claim(2)) is None
