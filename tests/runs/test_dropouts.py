@@ -17,3 +17,6 @@ def test_zeros_among_the_readings_end_no_procedure_and_are_told(motorbench, tmp_
         parameter = given["parameters"][name]
         low, high = parameter["coverage_interval"]
         assert low <= parameter["truth"] <= high, (name, parameter["value"], parameter["truth"])
+    # What comes as zeros with the speed is in no torque: the friction is known as well as without.
+    friction = given["parameters"]["coulomb_friction"]
+    assert friction["standard_uncertainty"] < 0.01 * friction["value"]

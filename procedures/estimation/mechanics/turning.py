@@ -122,11 +122,11 @@ def turning(ramp: SpeedRamp, number: int) -> Run:
     if np.ndim(given):
         if np.size(given) != time.size:
             raise EstimationError(f"series differ in length: time {time.size}, torque {np.size(given)}")
-        given = np.asarray(given, dtype=np.float64)[part]
-    turned = np.interp(time[part], time[part][inside], speed[part][inside])
-    torque = ramp_torque(given, time[part], turned, number)
+        # What came as a zero with the speed is no torque either.
+        given = np.asarray(given, dtype=np.float64)[part][inside]
+    torque = ramp_torque(given, time[part][inside], speed[part][inside], number)
     return Run(
-        begin, time[part][inside] - begin, sign * speed[part][inside], sign * torque.values[inside], sign, noise, torque.noise,
+        begin, time[part][inside] - begin, sign * speed[part][inside], sign * torque.values, sign, noise, torque.noise,
         resolution, torque.varies, lost, int(inside.size), ramp.speed_filter, ramp.torque_filter,
     )  # fmt: skip
 
