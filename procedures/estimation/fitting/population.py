@@ -17,6 +17,8 @@ _MEMBERS, _COUNTING, _STEPS = 1000, 0.7, 200
 _MOVES, _LAST, _KEPT = 20, 60, 5
 #: Of all moves this share goes the whole difference of two members, from one maximum to another.
 _WHOLE = 0.1
+#: A move takes each unknown along with one of these probabilities.
+_TAKEN = np.array([0.3, 0.6, 1.0])
 
 Density = Callable[[FloatArray], FloatArray]
 
@@ -80,21 +82,26 @@ def _moved(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return each member moved by the difference of two others in some of its unknowns, where that is likely enough."""
     unknowns, count = members.shape
-    first = (np.arange(count) + random.integers(1, count, count)) % count
-    second = (np.arange(count) + random.integers(1, count, count)) % count
-    taken = random.random((unknowns, count)) < random.choice([0.3, 0.6, 1.0], count)
+    places = np.arange(count)
+    first, second = ((places + random.integers(1, count, count)) % count for _ in range(2))
+    taken = random.random((unknowns, count)) < _TAKEN[random.integers(0, _TAKEN.size, count)]
     moving = np.maximum(taken.sum(0), 1.0)
     length = np.where(
         random.random(count) < _WHOLE, 1.0, 2.38 / np.sqrt(2.0 * moving) * random.uniform(0.4, 1.1, count)
     )
-    spread = 1e-3 * np.std(members, axis=1)[:, None] * random.standard_normal(members.shape)
-    tried = members + taken * (length * (members[:, first] - members[:, second]) + spread)
+    spread = random.standard_normal(members.shape)
+    spread *= 1e-3 * np.std(members, axis=1)[:, None]
+    tried = members.take(first, axis=1)
+    tried -= members.take(second, axis=1)
+    tried *= length
+    tried += spread
+    tried *= taken
+    tried += members
     prior_tried = prior(tried)
-    possible = np.isfinite(prior_tried)
+    possible = np.flatnonzero(np.isfinite(prior_tried))
     likely_tried = np.full(count, -np.inf)
-    likely_tried[possible] = likelihood(tried[:, possible])
+    likely_tried[possible] = likelihood(tried.take(possible, axis=1))
     better = power * (likely_tried - likely) + prior_tried - before
-    better[~possible] = -np.inf
     accepted = np.log(random.random(count)) < better
     return (
         np.where(accepted, tried, members),

@@ -178,12 +178,14 @@ class ShortPosterior:
     def likelihood(self, values: FloatArray) -> FloatArray:
         """Return logarithms of likelihoods (n,), the noise being of any size."""
         known = self.named(values)
-        resistance, size, y, _ = self._course(known)
+        resistance, size, y_squared, _ = self._course(known)
         count = self._rows.current.size
-        # At low speed a phase's current is its resistance's, at high speed its inductance's.
-        high = known["unequal_high"]
-        beside = high + (known["unequal_low"] - high) / (1.0 + y**2)
-        cost = ((np.log(size / self._current) + beside) ** 2).sum(0) + count * self._floor**2
+        left = np.log(size / self._current)
+        if self._rows.unequal > _NONE:
+            # At low speed a phase's current is its resistance's, at high speed its inductance's.
+            high = known["unequal_high"]
+            left += high + (known["unequal_low"] - high) / (1.0 + y_squared)
+        cost = (left**2).sum(0) + count * self._floor**2
         if self._rows.power is None:
             return np.asarray(-0.5 * count * np.log(cost))
         torque = known["zero"] + known["friction"] + known["viscous"] * self._relative
@@ -194,7 +196,7 @@ class ShortPosterior:
         return np.asarray(-count * np.log(cost) - count * known["noise"])
 
     def _course(self, known: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return R with the drop's share, the current, ω·√(L_d·L_q)/R, and the q-axis current in halves of I(∞); each (rows, n)."""
+        """Return R with the drop's share, the current, ω²·L_d·L_q/R², and the q-axis current in halves of I(∞); each (rows, n)."""
         limit = np.exp(known["limit"])
         emf = self._speed * self._rows.flux_linkage
         weaker = 1.0 - known["warming"] * known["share"] * self._along
@@ -205,10 +207,11 @@ class ShortPosterior:
         x_d, x_q = d_axis, q_axis / (1.0 + known["saturation_q"] * 0.7)
         i_q = x_d
         # Inductances that depend on no current need no rounds.
-        for _ in range(_SETTLING + 1 if self._rows.saturating else 1):
+        for _ in range(_SETTLING + 1 if self._rows.saturating else 0):
             scale = weaker * across / (1.0 + x_d * x_q)
             i_d, i_q = scale * x_q, 2.0 * scale
             x_d = d_axis * (1.0 + known["saturation_d"] * (1.0 - i_d))
             x_q = q_axis / (1.0 + known["saturation_q"] * i_q)
-        size = limit * weaker * across * np.sqrt(1.0 + x_q**2) / (1.0 + x_d * x_q)
-        return resistance, size, np.sqrt(np.maximum(x_d * x_q, 0.0)), i_q
+        y_squared = x_d * x_q
+        size = limit * weaker * across * np.sqrt(1.0 + x_q**2) / (1.0 + y_squared)
+        return resistance, size, np.maximum(y_squared, 0.0), i_q

@@ -8,6 +8,7 @@ import numpy as np
 
 from sim_instruments.physics.field import RotorField
 from sim_instruments.world.machine_data import InverterStage
+from sim_instruments.world.segment import Segment
 from sim_instruments.world.sources.stuck_output import OutputSwitch
 from sim_instruments.world.timeline import Timeline
 
@@ -36,6 +37,8 @@ class InverterOutput:
         self._timeline = timeline
         self.stage = stage
         self.stuck_output = OutputSwitch()
+        #: What there was of the rotor when somebody last looked: a drive looks several times at once.
+        self._seen: tuple[float, Segment, RotorState] | None = None
 
     def enable(self, on: bool) -> None:
         """Switch the bridge on or off; off, the rotor coasts. Switching on clears a fault."""
@@ -135,24 +138,30 @@ class InverterOutput:
         Without a regulated current in the rotor's coordinates both are zero.
         """
         with self._timeline.observing():
-            timeline, windings = self._timeline, self._timeline.present.windings
-            now, circuit = np.array([timeline.now]), timeline.present.circuit
-            way = timeline.constants.inverter_direction(timeline.settings) or 1
-            angle = timeline.angle * windings.pole_pairs - windings.phase_shift
-            current = voltage = 0j
-            limited = False
-            if isinstance(circuit, RotorField):
-                current, voltage = complex(circuit.regulated_currents(now)[0]), complex(circuit.dq_voltages(now)[0])
-                limited = bool(circuit.limited(now)[0])
-            return RotorState(
-                timeline.angle,
-                timeline.speed,
-                angle,
-                timeline.speed * windings.pole_pairs,
-                complex(current.real, way * current.imag),
-                complex(voltage.real, way * voltage.imag),
-                limited,
-            )
+            now, segment = self._timeline.now, self._timeline.present
+            if self._seen is None or self._seen[0] != now or self._seen[1] is not segment:
+                self._seen = now, segment, self._rotor_state(now, segment)
+            return self._seen[2]
+
+    def _rotor_state(self, now: float, segment: Segment) -> "RotorState":
+        timeline, windings, circuit = self._timeline, segment.windings, segment.circuit
+        way = timeline.constants.inverter_direction(timeline.settings) or 1
+        angle, speed = timeline.angle, timeline.speed
+        current = voltage = 0j
+        limited = False
+        if isinstance(circuit, RotorField):
+            at = np.array([now])
+            current, voltage = complex(circuit.regulated_currents(at)[0]), complex(circuit.dq_voltages(at)[0])
+            limited = bool(circuit.limited(at)[0])
+        return RotorState(
+            angle,
+            speed,
+            angle * windings.pole_pairs - windings.phase_shift,
+            speed * windings.pole_pairs,
+            complex(current.real, way * current.imag),
+            complex(voltage.real, way * voltage.imag),
+            limited,
+        )
 
     def _own(self, value: float) -> float:
         """Return a signed figure of the motor's as the bridge sees it, whose outputs may meet the phases in the other order."""

@@ -42,10 +42,11 @@ def test_a_torque_column_makes_the_q_axis_no_worse(seed: int) -> None:
 
 def test_a_saliency_on_the_other_side_of_one_is_in_the_interval_of_the_q_axis() -> None:
     # Currents hardly depend on L_q about L_d: a fit of one minimum that ended below it held the truth in 30 of 40.
-    found = [fitted(seed, torque=False).q_axis_inductance for seed in range(20)]
+    # `python -m tests.studies.short_circuit_misfit` has more of them, and of those below.
+    found = [fitted(seed, torque=False).q_axis_inductance for seed in range(12)]
     ends = [figure.coverage_interval for figure in found if figure is not None]
-    assert sum(low <= L_Q <= high for low, high in ends) >= 18
-    assert sum(low <= L_D for low, _ in ends) >= 10
+    assert sum(low <= L_Q <= high for low, high in ends) >= 11
+    assert sum(low <= L_D for low, _ in ends) >= 6
 
 
 def test_magnets_that_warm_along_give_no_inductance() -> None:
@@ -173,7 +174,7 @@ def test_a_phase_that_differs_at_low_speed_only_stays_within_its_limit() -> None
 
 def test_a_winding_that_warms_is_held_with_torques_too() -> None:
     held = 0
-    for seed in range(10):
+    for seed in range(6):
         fit = fitted(seed, warming=0.01)
         held += holds(fit.chord_inductance, L_D) + holds(fit.resistance or fit.resistance_by_current, R)
-    assert held >= 18
+    assert held >= 11
