@@ -25,6 +25,7 @@ from procedures.estimation.mechanics.ramp_trials import (
     averaged,
     counting_late_scatter,
     fits_with_one_more,
+    with_another_clock,
 )
 from procedures.estimation.mechanics.turning import Run, dropouts
 
@@ -77,6 +78,8 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
         if cause is Cause.FRICTION_DRIFT:
             # Nor does grease follow one: whatever time constant is as likely is in the interval.
             drifts = [each for other, best_of in tried if other is cause for each in best_of.trial]
+            clock = with_another_clock(best)
+            drifts += [clock] if clock else []
             laws += [each for each in drifts if each.cost < further.cost + RIVAL]
         moved.append(further.moved)
         findings.append(_finding(cause, best, further, found, seen))

@@ -52,6 +52,16 @@ def fits_with_one_more(best: RampTrial, found: Periodic | None, seen: Look) -> l
     return [(each.family.cause, each.closer() if each.family.cause in close else each.chosen) for each in searches]
 
 
+def with_another_clock(best: RampTrial) -> RampTrial | None:
+    """Return the fit in which seconds grow longer or shorter along the ramps, which looks much like friction that drifts."""
+    model, values = best.model, best.solved.values
+    shape = np.empty(model.measured.size)
+    for k, turned in enumerate(model.turned):
+        late = turned * (1.0 - turned / model.turned[-1][-1])
+        shape[model.part(k)] = model.trajectory(k, values).acceleration * late
+    return refitted(best, replace(model.terms, added=(*model.terms.added, shape)), values)
+
+
 @dataclass(frozen=True)
 class _Search:
     """Fits of a `family` over its grid, None where there is none, their χ² (`costs`), and the `chosen` one at its `place`."""
