@@ -142,8 +142,8 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         def progress(taken: MapReadings, left: float) -> None:
             self.bench.show(lambda: map_plot(plan, taken, self._pairs, left))
 
-        def take(points: Sequence[PlannedReading]) -> None:
-            left = self._left(points, taken)
+        def take(points: Sequence[PlannedReading], *, again: bool = False) -> None:
+            left = points if again else self._left(points, taken)
             self._planned = len(taken.points) + len(left)
             if left and taken.ended is None:
                 read_points(self.bench, self.nameplate, left, self._speed, pace, progress, taken)
@@ -158,7 +158,12 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             if more:
                 plan = [*plan, *more]
                 take(more)
-        self.findings["readings"] = max(self._planned, len(taken.points))
+        once = len(taken.points)
+        for doubted in (FluxMapEstimate.least_foreseen, lambda made: made.doubtful):
+            more = self._again(taken, doubted) if taken.ended is None else []
+            if more:
+                take(more, again=True)
+        self.findings |= {"readings": max(self._planned, len(taken.points)), "read_again": len(taken.points) - once}
         self.bench.dynamometer.stop()
         tell_left_out(self, taken, self._planned, self._speed)
         return taken
@@ -205,7 +210,10 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             if not taken.unheld:
                 raise
             # Too few are left because of the dynamometer, not because of the motor.
-            raise ProcedureError(unheld_words(taken, self._speed)) from error
+            said = unheld_words(taken, self._speed)
+            raise ProcedureError(
+                said if taken.ended is None else text("{ended}: {said}", ended=taken.ended, said=said)
+            ) from error
         if self._estimated is not None:
             _, taken, broken, _ = self._estimated
             if broken is not None:
@@ -286,6 +294,17 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             points = points[allowed(points)]
         self.findings["locations"] += len(points)
         return further_readings(points, np.random.default_rng(_ORDER), both_sides=not fit.symmetric)
+
+    def _again(
+        self, taken: MapReadings, doubted: Callable[[FluxMapEstimate], Sequence[int]]
+    ) -> Sequence[PlannedReading]:
+        """Return what is read once more: a repeat says what no other location can, whether a reading is right."""
+        try:
+            made = self._estimate(taken)
+        except EstimationError:
+            return []
+        kept = taken if self._estimated is None else self._estimated[1]
+        return sorted((kept.points[k].planned for k in doubted(made)), key=lambda each: each.direction)
 
     def _estimate(self, taken: MapReadings) -> FluxMapEstimate:
         """Return the map of what was read, made once of the same readings."""

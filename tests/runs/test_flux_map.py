@@ -61,7 +61,7 @@ def test_it_holds_the_map_of_a_motor_that_saturates():
     assert len(off) >= 45
     assert np.abs(off).max() < 3e-3 * found.findings["full_scale"]
     assert np.all(np.abs(off) <= 3.0 * uncertainty + 1e-12)
-    assert found.findings["readings"] <= 90
+    assert found.findings["readings"] - found.findings["read_again"] <= 90
     assert found.findings["symmetry_tested"]
     assert found.findings["symmetric"]
     assert found.parameter("map_flux_linkage").value == pytest.approx(MAP.flux_linkage, rel=3e-3)
@@ -144,7 +144,7 @@ def test_a_measured_map():
         found = map_of(bench, BALDOR)
     off, uncertainty = errors_of(found, truth)
     assert len(off) == 51
-    assert found.findings["readings"] <= 90
+    assert found.findings["readings"] - found.findings["read_again"] <= 90
     assert np.abs(off).max() < 5e-3 * found.findings["full_scale"]
     assert np.all(np.abs(off) <= 3.0 * uncertainty)
     assert found.parameter("mtpa_angle").value == pytest.approx(50.7, abs=0.7)
@@ -186,6 +186,19 @@ def test_readings_of_nothing_but_noise_are_refused_with_the_cause():
         pytest.raises(EstimationError, match="finds no end: their noise"),
     ):
         map_of(bench, PLATE, "locations=20")
+
+
+def test_a_light_motor_that_runs_away_from_a_weak_dynamometer_is_switched_off():
+    light = replace(made_motor(), inertia=1e-5, coulomb_friction=0.002, viscous_friction=1e-6)
+    with flux_bench(light, PLATE, seed=3, torque=0.5) as bench:
+        with pytest.raises(
+            ProcedureError, match=r"ran away to .* beyond the motor's 3000 rpm, and everything was switched off"
+        ):
+            map_of(bench, PLATE, "locations=16")
+        left = bench.world.truth()
+    assert not left["inverter_enabled"]
+    assert not left["dynamometer_enabled"]
+    assert left["shaft_speed"] == pytest.approx(0.0, abs=0.2)
 
 
 def test_pole_pairs_are_needed():

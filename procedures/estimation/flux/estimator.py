@@ -4,14 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc, ndtri
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
 from procedures.estimation.flux.map_fit import MapFit, fit_map
-from procedures.estimation.flux.odd_location import odd_location
+from procedures.estimation.flux.odd_location import least_foreseen, odd_location
 from procedures.estimation.flux.readings import FluxReadings, locations_of
+from procedures.estimation.flux.repeats import Contradiction, contradiction, rough_contradiction, rough_repeats
 
 #: A residual variance this unlikely is told, one this unlikely lets the intervals grow.
 _TOLD, _WIDENED = 1e-4, 0.02
@@ -24,6 +26,8 @@ _ODD_READING = 5.0
 #: From so many of them on it is no slip of one: what is read once may be off as far, which no residual shows, and the worst lies within
 #: so many standard deviations of the intervals.
 _MANY_ODD, _WITHIN = 2, 2.0
+#: So many locations are worth reading again.
+_AGAIN = 6
 #: Noise that is taken at first where none is stated, in shares of the largest voltage.
 _NOISE = 5e-4
 
@@ -46,7 +50,9 @@ class OddPart:
 class FluxMapEstimate:
     """A flux map with how it was found: the least squares behind it, odd parts where it was read on both sides, and its misfit.
 
-    `symmetry_tested` says whether enough locations were read at both signs of i_q to judge it by.
+    `symmetry_tested` says whether enough locations were read at both signs of i_q to judge it by. `kept` (n,) are the readings that the
+    map is of: a repeat that contradicts the others of its location is left out. `doubtful` are the readings, counted among those kept, that
+    contradict a repeat while nothing says which of the two is right.
     """
 
     map: MeasuredFluxMap
@@ -55,6 +61,13 @@ class FluxMapEstimate:
     symmetry_tested: bool
     odd_parts: Sequence[OddPart]
     misfit: Misfit
+    kept: NDArray[np.bool_]
+    doubtful: Sequence[int] = ()
+
+    def least_foreseen(self) -> list[int]:
+        """Return the readings, among those kept, that are worth taking again: read once, and least foreseen by the others."""
+        of = self.fit.locations.of
+        return [int(np.flatnonzero(of == place)[0]) for place in least_foreseen(self.fit)[:_AGAIN]]
 
 
 def estimate_flux_map(
@@ -72,6 +85,63 @@ def estimate_flux_map(
     in i_q) is not stated by `symmetric` it is taken, and given up where readings on both sides contradict it.
     Raises EstimationError where the readings do not determine a map.
     """
+    kept = np.ones(readings.time.size, dtype=np.bool_)
+    asked = None if wanted is None else np.asarray(wanted, dtype=np.float64)
+    told: list[tuple[Contradiction, tuple[float, float]]] = []
+    while True:
+        taken, at = readings.those(kept), None if asked is None else asked[kept]
+        locations = locations_of(taken, symmetric=False, wanted=at)
+        first = rough_repeats(taken, locations)
+        if first is not None:
+            alone = _estimate(taken.those(first), gains, None if at is None else at[first], reference_time, symmetric)
+            found = rough_contradiction(alone.fit, first, taken, locations)
+        if first is None or found is None:
+            made = _estimate(taken, gains, at, reference_time, symmetric)
+            locations = made.fit.locations
+            found = contradiction(made.fit, taken)
+        if found is None:
+            break
+        current = locations.points[found.place]
+        numbers = np.flatnonzero(kept)[found.left_out]
+        told.append((replace(found, left_out=numbers), (float(current[0]), float(current[1]))))
+        kept[numbers] = False
+    covariance, findings, doubtful = made.map.covariance, [], []
+    for each, at_current in told:
+        if np.any(each.apart):
+            folded = np.array([at_current[0], abs(at_current[1])]) if made.symmetric else np.array(at_current)
+            place = int(np.argmin(np.hypot(*(made.map.points - folded).T)))
+            covariance = each.widened(covariance, place)
+            doubtful.append(int(np.flatnonzero(made.fit.locations.of == place)[0]))
+        findings += [_odd_reading(readings, int(k), each.score) for k in each.left_out]
+    grown = replace(made.map, covariance=covariance)
+    others = [_renumbered(each, np.flatnonzero(kept)) for each in made.misfit.findings]
+    return replace(
+        made,
+        map=grown,
+        fit=replace(made.fit, map=grown),
+        kept=kept,
+        misfit=Misfit((*findings, *others)),
+        doubtful=doubtful,
+    )
+
+
+def _renumbered(finding: Finding, numbers: NDArray[np.intp]) -> Finding:
+    """Return a finding with the reading's number among all readings, those left out counted."""
+    if "number" not in finding.figures:
+        return finding
+    return replace(
+        finding, figures={**finding.figures, "number": float(numbers[int(finding.figures["number"]) - 1] + 1)}
+    )
+
+
+def _estimate(
+    readings: FluxReadings,
+    gains: GainLimits | None,
+    wanted: FloatArray | None,
+    reference_time: float | None,
+    symmetric: bool | None,
+) -> FluxMapEstimate:
+    """Return the map of readings that count all."""
     stated = readings.noise_stated
     if not stated:
         readings = replace(
@@ -132,7 +202,8 @@ def estimate_flux_map(
         covariance = alone.widened(covariance)
         findings.append(_odd_reading(readings, alone.reading, alone.score))
     grown = replace(fit.map, covariance=covariance, by_sessions=by_sessions)
-    return FluxMapEstimate(grown, replace(fit, map=grown), even, tested, odd_parts, Misfit(tuple(findings)))
+    every = np.ones(readings.time.size, dtype=np.bool_)
+    return FluxMapEstimate(grown, replace(fit, map=grown), even, tested, odd_parts, Misfit(tuple(findings)), every)
 
 
 def _pairs(readings: FluxReadings, wanted: FloatArray | None) -> list[int]:

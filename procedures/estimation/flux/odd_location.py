@@ -35,20 +35,25 @@ class OddLocation:
         return result
 
 
-def odd_location(fit: MapFit) -> OddLocation | None:
-    """Return the location that lies farthest off the surface through the others, if it was read once and they do not foresee it; None
-    if there is none.
-    """
+def least_foreseen(fit: MapFit, least: float = 0.0) -> list[int]:
+    """Return the locations that were read once, the one first that leaving out moves most; by `least` times the median of all at least."""
     points = fit.map.points
     if len(points) < _LEAST:
-        return None
+        return []
     surface, once = fit.surface, np.bincount(fit.locations.of, minlength=len(points)) == 1
     away = np.zeros(len(points))
     for spline, places in ((surface.d, surface.d_places), (surface.q, surface.q_places)):
         # How far a location may lie off grows with its distance from the others.
         size = np.abs(spline.left_out) * np.sqrt(np.diag(spline.roughness))
         away[places // 2] = np.maximum(away[places // 2], size / max(float(np.median(size)), 1e-300))
-    suspects = [k for k in np.argsort(-away).tolist() if once[k] and away[k] > _STANDS_OUT][:_SUSPECTS]
+    return [k for k in np.argsort(-away).tolist() if once[k] and away[k] > least]
+
+
+def odd_location(fit: MapFit) -> OddLocation | None:
+    """Return the location that lies farthest off the surface through the others, if it was read once and they do not foresee it; None
+    if there is none.
+    """
+    suspects = least_foreseen(fit, _STANDS_OUT)[:_SUSPECTS]
     found = max((without(fit, k) for k in suspects), key=lambda each: each.score, default=None)
     return found if found is not None and found.score > _ODD else None
 

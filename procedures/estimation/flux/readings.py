@@ -1,6 +1,6 @@
 """Readings at constant speed, and which location of the map each belongs to."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -61,6 +61,10 @@ class FluxReadings:
         numbers = np.unique(np.broadcast_to(np.asarray(session, dtype=np.intp), n), return_inverse=True)[1]
         at, d, q, u_d, u_q, speed = arrays
         return cls(at, d, q, u_d, u_q, speed, noises[0], noises[1], numbers.astype(np.intp))
+
+    def those(self, kept: NDArray[np.bool_]) -> "FluxReadings":
+        """Return those of the readings that are kept (n,)."""
+        return FluxReadings(*(getattr(self, each.name)[kept] for each in fields(self)))
 
     def sessions(self) -> list[NDArray[np.bool_]]:
         """Return which readings each session has (n,)."""

@@ -29,25 +29,33 @@ def estimate_of(taken: MapReadings, *, symmetric: bool | None) -> FluxMapEstimat
 
 
 def joined(taken: MapReadings, *, symmetric: bool | None) -> tuple[MapReadings, FluxMapEstimate, BrokenTie | None]:
-    """Return the readings of all sessions with their map; where they contradict each other those of the session that has most, their map
-    and the contradiction.
+    """Return the readings that count of all sessions with their map; where sessions contradict each other those of the session that has
+    most, their map and the contradiction.
 
     A last session that was left before anything tied it to the others is left out without a word: its readings are those of the ties.
     Raises EstimationError where the readings are too few, or no motor's.
     """
     if np.unique(taken.sessions).size < 2:
-        return taken, estimate_of(taken, symmetric=symmetric), None
+        made = estimate_of(taken, symmetric=symmetric)
+        return _kept(taken, made), made, None
     last = int(np.max(taken.sessions))
     if not _is_tied(taken, last):
         earlier = [point for point in taken.points if point.session != last]
         return joined(replace(taken, points=earlier), symmetric=symmetric)
     made = estimate_of(taken, symmetric=symmetric)
+    taken = _kept(taken, made)
     broken = broken_tie(_readings_of(taken), symmetric=made.symmetric, gains=gains_of(taken), wanted=taken.planned)
     if broken is None:
         return taken, made, None
     most = max(range(last + 1), key=lambda session: np.count_nonzero(taken.sessions == session))
-    kept = replace(taken, points=taken.of_session(most).points)
-    return kept, estimate_of(kept, symmetric=symmetric), broken
+    alone = replace(taken, points=taken.of_session(most).points)
+    made = estimate_of(alone, symmetric=symmetric)
+    return _kept(alone, made), made, broken
+
+
+def _kept(taken: MapReadings, made: FluxMapEstimate) -> MapReadings:
+    """Return the readings that the map is of: without repeats that contradict the others of their location."""
+    return replace(taken, points=[point for point, kept in zip(taken.points, made.kept, strict=True) if kept])
 
 
 def _is_tied(taken: MapReadings, session: int) -> bool:

@@ -15,7 +15,7 @@ from procedures.core.bench import Bench
 from procedures.core.nameplate import Nameplate
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.flux.plan import PlannedReading
-from procedures.techniques.shaft.driven_shaft import holds
+from procedures.techniques.shaft.driven_shaft import holds, overspeed
 
 #: After so many of its time constants a transducer's filter has forgotten the point before.
 _FORGOTTEN = 5.0
@@ -114,9 +114,10 @@ def read_points(
                     direction = point.direction
                     bench.inverter.set_dq_current(0.0, 0.0)
                     bench.dynamometer.set_speed(direction * speed)
-                _read(bench, point, speed, pace, taken)
-                if taken.points and (hot := _too_hot(taken.points[-1].reading, nameplate)):
-                    taken.ended = hot
+                _read(bench, nameplate, point, speed, pace, taken)
+                if taken.ended is None and taken.points:
+                    taken.ended = _too_hot(taken.points[-1].reading, nameplate)
+                if taken.ended is not None:
                     break
                 progress(taken, (bench.clock.now() - begun) / (number + 1) * (len(planned) - number - 1))
     except (LimitError, ReportedError) as stopped:
@@ -125,7 +126,9 @@ def read_points(
     return taken
 
 
-def _read(bench: Bench, point: PlannedReading, speed: float, pace: Pace, taken: MapReadings) -> None:
+def _read(
+    bench: Bench, nameplate: Nameplate, point: PlannedReading, speed: float, pace: Pace, taken: MapReadings
+) -> None:
     begun = bench.clock.now()
     try:
         bench.inverter.set_dq_current(point.i_d, point.i_q)
@@ -140,20 +143,29 @@ def _read(bench: Bench, point: PlannedReading, speed: float, pace: Pace, taken: 
             # The voltage does not carry this current: the next one may be carried.
             taken.limited.append(point)
         else:
-            taken.unheld.append(shaft)
             if isinstance(error, ReportedError):
+                taken.unheld.append(shaft)
                 raise
-            _catch(bench, point.direction * speed)
+            _not_held(bench, nameplate, shaft, point.direction * speed, taken)
     else:
         if holds(bench, shaft := bench.dynamometer.measure(), speed):
             taken.points.append(MapPoint(point, reading, shaft, taken.session))
         else:
-            taken.unheld.append(shaft)
-            _catch(bench, point.direction * speed)
+            _not_held(bench, nameplate, shaft, point.direction * speed, taken)
+    if taken.ended is not None:
+        return
     rest = pace.rest(math.hypot(point.i_d, point.i_q), bench.clock.now() - begun)
     if rest > 0.0:
         bench.inverter.set_dq_current(0.0, 0.0)
         bench.clock.sleep(rest)
+
+
+def _not_held(bench: Bench, nameplate: Nameplate, shaft: DynamometerReading, speed: float, taken: MapReadings) -> None:
+    """Leave out a reading whose speed (rad/s, signed) the dynamometer did not hold; a shaft that ran away ends the readings."""
+    taken.unheld.append(shaft)
+    taken.ended = overspeed(nameplate, shaft)
+    if taken.ended is None:
+        _catch(bench, speed)
 
 
 def _catch(bench: Bench, speed: float) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivers.interfaces import DynamometerReading, Reading
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from procedures.core.bench import Bench, ProcedureError
 from procedures.core.nameplate import Nameplate
 from procedures.estimation.fitting.fit import FloatArray
@@ -17,6 +17,8 @@ from procedures.techniques.steady_signals import alternating
 _AGREE = 0.1
 #: A dynamometer that holds its speed is off it by less than this share, slip and ripple included.
 _HELD = 0.05
+#: A motor bears so many times its highest speed for a while (IEC 60034-1, overspeed); a shaft that is faster has run away.
+_OVERSPEED = 1.2
 #: Periods of a record, if the pole pairs are what is known of them, and the shortest and longest record (s).
 _PERIODS, _SHORTEST, _LONGEST = 4.0, 0.02, 4.0
 
@@ -46,6 +48,19 @@ def check_turning(bench: Bench, read: Reading, commanded: float) -> None:
 def holds(bench: Bench, read: DynamometerReading, commanded: float) -> bool:
     """Tell whether the dynamometer holds its speed (rad/s); what a person reads is not held against it."""
     return bench.dynamometer.read_by_hand or abs(abs(read.speed) - abs(commanded)) <= _HELD * abs(commanded)
+
+
+def overspeed(nameplate: Nameplate, read: DynamometerReading) -> Text | None:
+    """Return what is said of a shaft that ran away beyond the motor's speed; None where it did not, or the plate names none."""
+    bound = nameplate.speed_bound_rpm
+    shown = abs(read.speed) * 30.0 / math.pi
+    if bound is None or shown <= _OVERSPEED * bound:
+        return None
+    return text(
+        "the shaft ran away to {shown:.0f} rpm, beyond the motor's {bound:.0f} rpm, and everything was switched off",
+        shown=shown,
+        bound=bound,
+    )
 
 
 def check_held(bench: Bench, readings: Sequence[DynamometerReading], commanded: float) -> None:

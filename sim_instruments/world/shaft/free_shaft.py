@@ -24,6 +24,8 @@ _HORIZON = 1.0
 _INSTANT = 1e-9
 #: A rotor slower than this (rad/s) under current is stopped by static friction where that can hold it.
 _SLOW = 1e-3
+#: Torques that change with the speed are found anew after so long (s), and where it has changed by this share.
+_AGAIN, _OTHER_SPEED = 0.02, 0.1
 #: Sliding friction lies below static friction by this share, so that what breaks away does move.
 _SLIP = 1e-3
 
@@ -61,6 +63,13 @@ def drag(
     if stops <= limited:
         return moved, stops, "standstill"
     return moved, limited, "none"
+
+
+def until_changed(inputs: SegmentInputs, motion: Drag | BearingDrag | Cogged) -> float:
+    """Return when (s) torques that hang on the speed of a motion are to be found anew."""
+    speed = inputs.state.speed
+    bounds = (motion.time_of_speed((1.0 + part) * speed) for part in (-_OTHER_SPEED, _OTHER_SPEED))
+    return min(inputs.time + _AGAIN, *bounds)
 
 
 def mean_speed(inputs: SegmentInputs) -> float:

@@ -15,7 +15,7 @@ from sim_instruments.physics.mapped.windings import MappedWindings
 from sim_instruments.physics.motion.motion import Motion, Ramp, RestingShaft
 from sim_instruments.world.segment import DynamometerLaw, FieldState, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
-from sim_instruments.world.shaft.free_shaft import drag, mean_speed
+from sim_instruments.world.shaft.free_shaft import drag, mean_speed, until_changed
 from sim_instruments.world.sources import rotor_current_drive
 
 
@@ -232,19 +232,21 @@ def _regulated(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direct
     speed = mean_speed(inputs)
     shaft = braked(inputs.constants.shaft(inputs.settings), inputs.network)
     limit = _voltage_limited_speed(inputs, wanted)
-    motoring = wanted * speed > 0.0
     needed = shaft.friction(speed) - torque
-    if motoring and abs(speed) >= limit * (1.0 - 1e-9):
+    if wanted * speed >= 0.0 and abs(speed) > limit * (1.0 + 1e-9):
+        # As it does a shaft that is held, what current flows then brakes it.
+        course = _q_current(inputs, Ramp(inputs.time, inputs.state.angle, speed), direction)
+        flowing = float(course(np.array([inputs.time]))[0])
+        motion, end, outcome = drag(inputs, torque + constant * flowing, math.inf)
+        if not isinstance(motion, RestingShaft):
+            due = min(until_changed(inputs, motion), motion.time_of_speed(math.copysign(limit, speed)))
+            segment = _segment(inputs, motion, None, lambda t: np.full_like(t, flowing), min(end, due), law)
+            return _with_outcome(segment, outcome) if segment.end == end else segment
+    if wanted * speed > 0.0 and abs(speed) >= limit * (1.0 - 1e-9):
         share = needed / constant
-        if abs(speed) <= limit * (1.0 + 1e-9) and 0.0 <= share * math.copysign(1.0, wanted) <= abs(wanted):
+        if 0.0 <= share * math.copysign(1.0, wanted) <= abs(wanted):
             held = Ramp(inputs.time, inputs.state.angle, speed)
             return _segment(inputs, held, None, lambda t: np.full_like(t, share), math.inf, law)
-        if abs(speed) > limit * (1.0 + 1e-9):
-            motion, end, outcome = drag(inputs, torque, math.inf)
-            if not isinstance(motion, RestingShaft):
-                falls = motion.time_of_speed(math.copysign(limit, speed))
-                segment = _segment(inputs, motion, None, np.zeros_like, min(end, falls), law)
-                return _with_outcome(segment, outcome) if segment.end == end else segment
     motion, end, outcome = drag(inputs, torque + constant * wanted, limit if wanted else math.inf)
     segment = _segment(inputs, motion, None, lambda t: np.full_like(t, wanted), end, law)
     return _with_outcome(segment, outcome) if segment.end == end and not math.isinf(end) else segment

@@ -16,7 +16,7 @@ from sim_instruments.physics.motion.motion import Motion, Ramp, RestingShaft, Wa
 from sim_instruments.physics.motion.traced import Traced
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
-from sim_instruments.world.shaft.free_shaft import drag, mean_speed
+from sim_instruments.world.shaft.free_shaft import drag, mean_speed, until_changed
 
 #: The q current that gives way is looked for among those up to so many times the stage's largest.
 _REACH = 4.0
@@ -108,22 +108,34 @@ def free(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direction: i
         return _stepping(inputs, torque, law, frame, step)
     pushing, speed = _torque(inputs, wanted), mean_speed(inputs)
     shaft = braked(inputs.constants.shaft(inputs.settings), inputs.network, wanted)
-    way = math.copysign(1.0, pushing)
-    limit = _limit_speed(inputs, frame, wanted, way) if pushing else math.inf
+    way = math.copysign(1.0, pushing or speed)
+    limit = _limit_speed(inputs, frame, wanted, way)
+    if pushing * speed >= 0.0 and abs(speed) > limit * (1.0 + 1e-9):
+        return _beyond_voltage(inputs, torque, law, frame, wanted, way * limit)
     if pushing * speed > 0.0 and abs(speed) >= limit * (1.0 - 1e-9):
         needed = way * (shaft.friction(abs(speed))) - torque
-        if abs(speed) <= limit * (1.0 + 1e-9) and 0.0 <= needed * way <= abs(pushing):
+        if 0.0 <= needed * way <= abs(pushing):
             enough = _current_for(inputs, wanted, needed, 0.0)
             return _constant(inputs, Ramp(inputs.time, inputs.state.angle, speed), enough, frame, True, math.inf, law)
-        if abs(speed) > limit * (1.0 + 1e-9):
-            motion, end, outcome = drag(inputs, torque, math.inf, complex(wanted.real, 0.0))
-            if not isinstance(motion, RestingShaft):
-                falls = motion.time_of_speed(way * limit)
-                segment = _constant(inputs, motion, complex(wanted.real, 0.0), frame, True, min(end, falls), law)
-                return _with_outcome(segment, outcome) if segment.end == end else segment
-    motion, end, outcome = drag(inputs, torque + pushing, limit, wanted)
+    motion, end, outcome = drag(inputs, torque + pushing, limit if pushing else math.inf, wanted)
     segment = _constant(inputs, motion, wanted, frame, False, end, law)
     return _with_outcome(segment, outcome) if segment.end == end and not math.isinf(end) else segment
+
+
+def _beyond_voltage(
+    inputs: SegmentInputs, torque: float, law: DynamometerLaw, frame: RotorFrame, wanted: complex, limit: float
+) -> Segment:
+    """Return the segment of a free shaft that is faster than the voltage allows, down to `limit` (rad/s): what currents flow then
+    brake it, as they do a shaft that is held.
+    """
+    speed = mean_speed(inputs)
+    flowing = complex(_within(inputs, frame, wanted, np.array([speed]))[0][0])
+    motion, end, outcome = drag(inputs, torque + _torque(inputs, flowing), math.inf, flowing)
+    if isinstance(motion, RestingShaft):
+        return _constant(inputs, motion, flowing, frame, True, end, law)
+    due = min(until_changed(inputs, motion), motion.time_of_speed(limit))
+    segment = _constant(inputs, motion, flowing, frame, True, min(end, due), law)
+    return _with_outcome(segment, outcome) if segment.end == end else segment
 
 
 def _step(inputs: SegmentInputs, frame: RotorFrame, wanted: complex) -> CurrentStep | None:

@@ -1,6 +1,7 @@
 """The inverter with d and q current at the rotor's own angle: currents, torque, and the voltages of its loop."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.physics.circuits.bridge_error import BridgeError
 from sim_instruments.physics.motor.flux_map import FluxMap
 from sim_instruments.physics.motor.motor import VirtualMotor
-from sim_instruments.world.machine_data import InverterStage, Leads
+from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads
 from sim_instruments.world.sources.inverter_output import RotorState
 from sim_instruments.world.world import World
 from tests.sim_instruments.motors import BENCH_MOTOR
@@ -164,6 +165,27 @@ def test_a_free_shaft_is_turned_by_the_torque_up_to_where_the_voltage_ends() -> 
     world.inverter.command_dq_current(-1 + 0j)
     clock.sleep(30.0)
     assert world.truth()["shaft_speed"] == 0.0
+
+
+@pytest.mark.parametrize("further", [0j, 2j])
+def test_a_shaft_beyond_the_voltage_is_braked_and_comes_back_to_its_dynamometer(further: complex) -> None:
+    """Field weakening lets a light motor run away from a weak dynamometer; without it the currents that flow then brake."""
+    weak = DynamometerMachine(inertia=1.0e-6, maximum_torque=0.1)
+    world, clock = driven(-20 + 6j, 100.0, replace(BENCH_MOTOR, inertia=1.0e-6), dynamometer=weak)
+    clock.sleep(0.2)
+    fastest = world.truth()["shaft_speed"]
+    assert fastest > 400.0
+    world.inverter.command_dq_current(further)
+    speeds = [fastest]
+    for _ in range(4):
+        clock.sleep(0.05)
+        speeds.append(world.truth()["shaft_speed"])
+    assert max(speeds) <= fastest * (1.0 + 1e-9)
+    assert speeds[-1] < 0.95 * fastest
+    if not further:
+        # No torque of the motor is left, and the dynamometer holds its speed again.
+        clock.sleep(3.0)
+        assert world.truth()["shaft_speed"] == pytest.approx(100.0, rel=1e-3)
 
 
 def test_what_sensors_do_not_see_stands_still_in_the_stator() -> None:

@@ -25,8 +25,9 @@ def allowed_for_jump(fit: SweepFit, resistance: FloatArray) -> SweepFit:
         return fit
     mean, course = float(np.mean(resistance)), fit.course
     order = np.linspace(-1.0, 1.0, resistance.size)
-    # Iron and magnets lose more on one axis than on the other; a winding warms and cools.
-    waves = [part(k * course) for k in (1.0, 2.0) for part in (np.cos, np.sin)]
+    # Iron and magnets lose more on one axis than on the other; a winding warms and cools. Once an electrical turn, half the course's
+    # pace, comes the rotor's voltage, which a small resistance beside a large reactance shows first.
+    waves = [part(k * course) for k in (0.5, 1.0, 2.0) for part in (np.cos, np.sin)]
     design = np.column_stack((np.ones_like(order), order, order**2, *waves))
     jump = clearest_jump(design, resistance)
     share = jump.height / mean if mean else 0.0
