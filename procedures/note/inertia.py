@@ -23,7 +23,7 @@ from procedures.estimation.fitting.fit import Fit, coverage_interval
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics import inertia as estimation
 from procedures.estimation.mechanics.drag_bound import ONE_SIDED, OwnDrag, least_drag
-from procedures.estimation.mechanics.turning import SpeedRamp
+from procedures.estimation.mechanics.turning import SpeedRamp, turning
 from procedures.techniques.shaft.speed_ramps import (
     Curve,
     RampRecorder,
@@ -212,12 +212,12 @@ class Inertia(Procedure[InertiaSettings]):
         return estimation.fit_ramps(ramps.to_fit())
 
     def _two_points(self, ramps: Ramps) -> tuple[float, float]:
-        """Return the note's figures, from points near the ends of each ramp."""
-        driven, coast = ramps.driven, ramps.coast
+        """Return the note's figures, from points near the ends of each ramp; a zero of the sensor's is none of them."""
+        driven, coast = (turning(ramp, number) for number, ramp in enumerate(ramps.to_fit(), 1))
         first, last = driven.time.size // 10, -1 - driven.time.size // 10
         early, late = coast.time.size // 10, -1 - coast.time.size // 10
         return estimation.two_point(
-            driven.time[first], driven.speed[first], driven.time[last], driven.speed[last], float(np.mean(driven.torque)),
+            driven.time[first], driven.speed[first], driven.time[last], driven.speed[last], float(np.mean(driven.driven)),
             coast.time[early], coast.speed[early], coast.time[late], coast.speed[late],
         )  # fmt: skip
 

@@ -20,3 +20,5 @@ def test_zeros_among_the_readings_end_no_procedure_and_are_told(motorbench, tmp_
     # What comes as zeros with the speed is in no torque: the friction is known as well as without.
     friction = given["parameters"]["coulomb_friction"]
     assert friction["standard_uncertainty"] < 0.01 * friction["value"]
+    inertia = given["parameters"]["inertia"]
+    assert inertia["note_value"] == pytest.approx(inertia["truth"], rel=0.15)
