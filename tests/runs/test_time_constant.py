@@ -96,3 +96,18 @@ def test_too_few_volts_for_an_unknown_winding_are_named(motorbench, tmp_path):
     status, given = motorbench("run", "dq-inductance-aligned", "--station", "virtual", "--motor", str(motor))
     assert status != 0
     assert "its highest voltage: the loop has 12 Ω" in given["cause"]
+
+
+def test_hum_of_a_third_of_a_small_step_is_no_missing_baseline(motorbench, tmp_path):
+    disturbances = tmp_path / "disturbances.toml"
+    disturbances.write_text("[channels.1]\nhum = 0.02\nhum_frequency = 50\n", encoding="utf-8")
+    status, given = motorbench(
+        "run", "dq-inductance-time-constant", "--station", "virtual", "--motor", "lg-400w", "--disturbances",
+        str(disturbances),
+    )  # fmt: skip
+    assert status == 0, given.get("cause")
+    assert "hum" in {w["id"] for w in given["warnings"]}
+    for name in ("d_axis_inductance", "q_axis_inductance"):
+        parameter = given["parameters"][name]
+        low, high = parameter["coverage_interval"]
+        assert low <= parameter["truth"] <= high

@@ -164,9 +164,17 @@ _SEEN_IN_HAND_SWEEP = {
         "not turned far enough. Turn the whole way, and more slowly"
     ),
 }
+#: Of a step before which the voltage is there: `record` = "step-before".
+_SEEN_BEFORE_STEP = {
+    Cause.NO_BASELINE: text(
+        "no baseline: {share:.0%} of the voltage at the end is there before the step already, so the record does not show the circuit at "
+        "rest; set the trigger so that the record begins before the supply is switched on"
+    ),
+}
 #: By the `record` that stands among a finding's figures.
 SENTENCES = {
     "step": _SEEN_IN_STEP,
+    "step-before": _SEEN_BEFORE_STEP,
     "step-both": _SEEN_IN_STEP_BOTH,
     "step-bend": _SEEN_IN_STEP_BEND,
     "step-tried": _SEEN_IN_STEP_TRIED,

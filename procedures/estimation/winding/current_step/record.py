@@ -26,6 +26,8 @@ _RISEN, _RISEN_CODES, _RISEN_SHARE = 10.0, 3.0, 0.03
 _MOST = 72
 #: Before the step lie at least so many samples and this share of the record, and the voltage there is below this share of its end.
 _LEAST_BEFORE, _SHARE_BEFORE, _MOST_BEFORE = 20, 0.01, 0.3
+#: Unless no more than this share of the end's current flows there, and at least this share of the end's voltage comes with the step.
+_FLOWING, _COMES = 0.03, 0.5
 
 #: A voltage of which this share is left at the end has died away; a current of which that share is left lasts.
 _DIED_AWAY, _LASTS = 0.3, 0.6
@@ -174,7 +176,7 @@ def read_step(
         raise EstimationError("the step comes at the very end of the record; move the trigger towards its beginning")
     check_switching(t, v, edge, voltage_resolution)
     _check_voltage_coupling(t, v, i, edge)
-    _check_baseline(v, edge)
+    _check_baseline(v, i, edge)
     # Exact data have no noise; weights need some.
     v_noise = max(v_noise, 1e-9 * float(np.max(np.abs(v))))
     i_noise = max(i_noise, 1e-9 * change)
@@ -208,17 +210,27 @@ def _check_voltage_coupling(time: FloatArray, voltage: FloatArray, current: Floa
     )
 
 
-def _check_baseline(voltage: FloatArray, edge: int) -> None:
-    """Raise WithheldError unless the record begins before the step: what flowed at its beginning, no fit finds out."""
+def _check_baseline(voltage: FloatArray, current: FloatArray, edge: int) -> None:
+    """Raise WithheldError unless the record begins before the step: what flowed at its beginning, no fit finds out.
+
+    A voltage before it that drives no current is hum, or the channel's zero.
+    """
     needed = max(_LEAST_BEFORE, int(np.ceil(_SHARE_BEFORE * voltage.size)))
-    end = abs(float(np.median(voltage[-max(3, voltage.size // 10) :])))
-    if edge >= needed and abs(float(np.mean(voltage[:edge]))) < _MOST_BEFORE * end:
-        return
-    finding = Finding(
-        Cause.NO_BASELINE, Answer.WITHHELD, figures={"record": "step", "samples": float(edge), "needed": float(needed)}
-    )
+    figures: dict[str, float | str] = {"record": "step", "samples": float(edge), "needed": float(needed)}
+    seen = f"the record shows {edge} samples of the circuit at rest before the step, at least {needed} are needed"
+    if edge >= needed:
+        at, last = slice(edge), slice(-max(3, voltage.size // 10), None)
+        (v, v_end), (i, i_end) = (
+            (float(np.mean(values[at])), float(np.median(values[last]))) for values in (voltage, current)
+        )
+        idle = abs(i) < _FLOWING * abs(i_end) and abs(v_end - v) >= _COMES * abs(v_end)
+        if idle or abs(v) < _MOST_BEFORE * abs(v_end):
+            return
+        share = abs(v / v_end) if v_end else 1.0
+        figures = {"record": "step-before", "share": share}
+        seen = f"{share:.0%} of the voltage at the end is there before the step already"
+    finding = Finding(Cause.NO_BASELINE, Answer.WITHHELD, figures=figures)
     raise WithheldError(
-        f"no baseline: the record shows {edge} samples of the circuit at rest before the step, at least {needed} are needed; trigger "
-        "later in the record, so that it begins before the supply is switched on",
+        f"no baseline: {seen}; trigger later in the record, so that it begins before the supply is switched on",
         Misfit((finding,)),
     )
