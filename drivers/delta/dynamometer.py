@@ -12,7 +12,7 @@ from drivers.delta.c2000_watchdog import CommunicationWatchdog
 from drivers.delta.dyn200 import Dyn200
 from drivers.delta.found_settings import FoundDriveSettings
 from drivers.delta.options import DeltaDyn200Options
-from drivers.delta.shaft import REST_SPEED, SETTLED_READINGS, Transducer
+from drivers.delta.shaft import REST_SPEED, RIPPLING_READINGS, Transducer
 from drivers.delta.transducer_scales import CHANGING, READINGS, STEADY
 from drivers.interfaces import (
     Clock,
@@ -301,7 +301,7 @@ class DeltaDyn200(Dynamometer):
         ramp = Ramp(self._clock, self._options.settle_timeout, self._options.settle_interval)
         for _ in ramp.polls():
             found = self._transducer.read().speed
-            latest = [*latest, found][-SETTLED_READINGS:]
+            latest = [*latest, found][-RIPPLING_READINGS:]
             if self._transducer.has_settled(latest, speed):
                 self._compare(found, STEADY)
                 return

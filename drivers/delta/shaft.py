@@ -21,6 +21,8 @@ _ZERO_TIME = 1.0
 _ZERO_COUNTS, _TARE_READINGS = 3, 10
 #: Consecutive readings that must agree before a speed counts as settled.
 SETTLED_READINGS = 3
+#: So many show that a speed is held whose reading ripples, as that of a sensor out of centre does.
+RIPPLING_READINGS = 40
 
 
 @dataclass(frozen=True)
@@ -96,11 +98,18 @@ class Transducer:
         )
 
     def has_settled(self, last: Sequence[float], wanted: float) -> bool:
-        """Say whether consecutive speeds (rad/s) agree with each other and with the one wanted."""
+        """Say whether consecutive speeds (rad/s) agree with each other and with the one wanted: the latest, or the means of two halves."""
         tolerance = abs(wanted) * self._options.speed_tolerance + REST_SPEED
         agreement = abs(wanted) * self._options.speed_stability + 2 * self.speed_resolution
-        near = all(abs(found - wanted) <= tolerance for found in last)
-        return len(last) == SETTLED_READINGS and near and max(last) - min(last) <= agreement
+        latest = last[-SETTLED_READINGS:]
+        if all(abs(found - wanted) <= tolerance for found in latest) and max(latest) - min(latest) <= agreement:
+            return len(latest) == SETTLED_READINGS
+        half = RIPPLING_READINGS // 2
+        return (
+            len(last) == RIPPLING_READINGS
+            and all(abs(found - wanted) <= tolerance for found in last)
+            and abs(sum(last[:half]) - sum(last[half:])) <= agreement * half
+        )
 
     def zero(self) -> None:
         """Take the present torque as zero: by the sensor, read back, else by subtracting it from now on."""

@@ -11,7 +11,12 @@ TOO_UNCERTAIN = "too-uncertain"
 #: Half-width of the interval over the value, at most, of what no motor is without. A friction that cannot be told from zero says how much
 #: it is at most, unless that is so much that no reading of it is left.
 _MOST = 1.0
-_MOST_FRICTION = {"coulomb_friction": 30.0, "coulomb_deceleration": 30.0, "viscous_friction": 1e3, "viscous_rate": 1e3}
+_MOST_FRICTION = {
+    "coulomb_friction": 30.0,
+    "coulomb_deceleration": 30.0,
+    "viscous_friction": 100.0,
+    "viscous_rate": 100.0,
+}
 
 #: From the smallest watch motors and micro motors to the largest generators, and a factor of ten or more to spare on either side: a
 #: limit is for what cannot be, not for what is rare.
@@ -27,6 +32,7 @@ _SIZES: Mapping[str, tuple[float, float]] = {
     "back_emf_constant_mechanical": (1e-7, 1e5),
     "torque_constant": (1e-7, 1e5),
     "inertia": (1e-13, 1e7),
+    "inertia_with_load": (1e-13, 1e7),
     "coulomb_friction": (0.0, 1e6),
     "viscous_friction": (0.0, 1e6),
     "coulomb_deceleration": (0.0, 1e6),

@@ -11,6 +11,7 @@ from procedures.plausibility.sizes import too_uncertain
         ("inertia", 1e-5, 0.9e-5, True),
         ("inertia", 1e-5, 1.1e-5, False),
         ("inertia", 0.0, 1e-6, False),
+        ("inertia_with_load", 1e-4, 0.2, False),
         # A motor may hardly have any friction: a small figure with a wide interval says how little it is.
         ("viscous_friction", 1e-6, 9e-6, True),
         ("viscous_friction", -1e-6, 9e-6, True),

@@ -192,3 +192,11 @@ def test_a_stated_step_that_is_finer_than_the_display_s_does_not_count(
     assert found.resolution == pytest.approx(resolution)
     assert replace(found, resolution=stated.resolution) == stated
     dynamometer.close()
+
+
+def test_a_held_speed_whose_reading_ripples_is_settled(dynamometer: DeltaDyn200, units: Units) -> None:
+    # A sensor out of centre: five times what readings may be apart.
+    units.ripple = 0.01
+    with dynamometer.driving_speed(100.0):
+        assert dynamometer.measure().speed == pytest.approx(100.0, rel=0.011)
+    assert units.command == 0x01

@@ -43,6 +43,8 @@ class Units:
         self.reverse = False
         self.stuck = False
         self.slip = 1.0
+        self.ripple = 0.0  # by how much the speed's reading rises and falls, a sixth of a turn a reading
+        self.turned = 0.0
 
     def answer(self, unit: int, pdu: bytes) -> bytes | None:
         function, address, third = pdu[0], int.from_bytes(pdu[1:3], "big"), int.from_bytes(pdu[3:5], "big")
@@ -56,6 +58,9 @@ class Units:
                 self.set_32(0x00, 0)
             return pdu[:5]
         if function == 3:
+            if self.ripple and unit == 2:
+                self.turned += math.pi / 3
+                self.follow()
             wanted = [(unit, address + offset) for offset in range(third)]
             if any(key not in self.registers for key in wanted):
                 return bytes([0x83, 2])
@@ -76,7 +81,7 @@ class Units:
         counts = self.registers[1, 0x2001] if running else 0
         self.registers[1, 0x2103] = counts
         if running and self.registers[1, 0x000A] == 0:
-            self.set_speed(counts * 0.01 * 60 / 2 * self.slip, reverse)
+            self.set_speed(counts * 0.01 * 60 / 2 * self.slip * (1 + self.ripple * math.sin(self.turned)), reverse)
 
     def set_speed(self, rpm: float, reverse: bool = False) -> None:
         self.set_32(0x02, round(rpm * 10**self.speed_decimals))
