@@ -19,7 +19,7 @@ from drivers.interfaces import (
     Inverter,
     InverterAbility,
     MeasurementError,
-    Ramp,
+    OwnRamp,
     Reading,
     ReportedError,
 )
@@ -264,7 +264,7 @@ class Cia402Inverter(Cia402Driver, Inverter):
     def _await(
         self, what: Text, unit: str, target: float, read: Callable[[ObjectReader], float], tolerance: float
     ) -> None:
-        ramp = Ramp(self._clock, self._options.settle_timeout, self._options.poll_interval)
+        ramp = OwnRamp(self._clock, self._options.settle_timeout, self._options.poll_interval)
         for _ in ramp.polls():
             if abs((found := read(now := self._node.snapshot())) - target) <= tolerance:
                 break

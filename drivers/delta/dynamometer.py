@@ -21,7 +21,7 @@ from drivers.interfaces import (
     DynamometerReading,
     Identity,
     MeasurementError,
-    Ramp,
+    OwnRamp,
     Watchdog,
     polls,
 )
@@ -298,7 +298,7 @@ class DeltaDyn200(Dynamometer):
 
     def _settle(self, speed: float) -> None:
         latest: list[float] = []
-        ramp = Ramp(self._clock, self._options.settle_timeout, self._options.settle_interval)
+        ramp = OwnRamp(self._clock, self._options.settle_timeout, self._options.settle_interval)
         for _ in ramp.polls():
             found = self._transducer.read().speed
             latest = [*latest, found][-RIPPLING_READINGS:]

@@ -4,7 +4,7 @@ instrument.
 
 from drivers.interfaces.bldc_drive import BldcDrive
 from drivers.interfaces.calls import UNWATCHED, Calls
-from drivers.interfaces.clock import Clock, Ramp, polls
+from drivers.interfaces.clock import Clock, OwnRamp, polls
 from drivers.interfaces.dynamometer import Dynamometer, DynamometerReading
 from drivers.interfaces.errors import (
     BreakdownError,
@@ -76,8 +76,8 @@ __all__ = [
     "Oscilloscope",
     "OutputMode",
     "OverloadError",
+    "OwnRamp",
     "ProbeKind",
-    "Ramp",
     "Reading",
     "Regulated",
     "ReportedError",

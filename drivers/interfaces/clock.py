@@ -26,7 +26,7 @@ def polls(clock: Clock, timeout: float, interval: float) -> Iterator[bool]:
         clock.sleep(interval)
 
 
-class Ramp:
+class OwnRamp:
     """Polls of a quantity that goes to its target along the instrument's own ramp, whose length nobody states.
 
     However long it takes, within each `timeout` it must come nearer by a share of the whole way.

@@ -71,8 +71,8 @@ def too_uncertain(name: str, value: float, interval: tuple[float, float], unit: 
     """
     least, _ = _SIZES.get(name, (0.0, 0.0))
     low, high = interval
-    most = _MOST_FRICTION.get(name, _MOST if least > 0.0 else float("inf"))
-    if 0.5 * (high - low) <= most * abs(value):
+    most = _MOST_FRICTION.get(name, _MOST if least > 0.0 else None)
+    if most is None or 0.5 * (high - low) <= most * abs(value):
         return None
     return text(
         "the readings only show that it lies between {low:.3g} and {high:.3g} {unit}, and a figure with an interval wider than "

@@ -2,7 +2,7 @@
 
 import pytest
 
-from drivers.interfaces import Ramp
+from drivers.interfaces import OwnRamp
 
 
 class _Clock:
@@ -19,7 +19,7 @@ class _Clock:
 def _waited(rate: float, ends_at: float, target: float = 1000.0) -> tuple[bool, float]:
     """Return whether the target was reached by a ramp of this rate (1/s) that goes no further than `ends_at`, and when (s)."""
     clock = _Clock()
-    ramp = Ramp(clock, 30.0, 0.1)
+    ramp = OwnRamp(clock, 30.0, 0.1)
     for _ in ramp.polls():
         found = min(rate * clock.now(), ends_at)
         if abs(found - target) < 1.0:

@@ -23,6 +23,7 @@ from procedures.plausibility.sizes import too_uncertain
         ("viscous_friction", 2e-5, 1.0, False),
         # What is zero of a sound motor.
         ("resistance_unbalance", 1e-3, 1.0, True),
+        ("hall_faults", 0.0, 0.5, True),
     ],
 )
 def test_what_is_known_no_better_than_itself_is_not_given(name: str, value: float, half: float, given: bool) -> None:

@@ -10,7 +10,7 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Cause, Score, score_test
 from procedures.estimation.fitting.noise import undithered
 from procedures.estimation.mechanics.ramp_model import RampModel, Solved, noise_of
-from procedures.estimation.mechanics.ramp_terms import Drift, Stribeck, Terms
+from procedures.estimation.mechanics.ramp_terms import FrictionDrift, Stribeck, Terms
 from procedures.estimation.mechanics.turning import Run
 
 #: Speeds of the Stribeck term that are looked for, shares of the top speed, and those that are fitted, by both laws.
@@ -124,14 +124,14 @@ class Family:
     cause: Cause
     grid: FloatArray
     terms: Terms
-    law: Stribeck | Drift | None = None
+    law: Stribeck | FrictionDrift | None = None
     shapes: tuple[FloatArray, ...] = ()
 
     def at(self, value: float | FloatArray) -> Terms:
         """Return the terms at a value of the grid, or between; at several values (m, 1) those of so many fits."""
         if isinstance(self.law, Stribeck):
             return replace(self.terms, stribeck=replace(self.law, speed=value))
-        if isinstance(self.law, Drift):
+        if isinstance(self.law, FrictionDrift):
             return replace(self.terms, drift=replace(self.law, time=value))
         if self.cause is Cause.SPEED_FILTER:
             return replace(self.terms, speed_filter=value)
@@ -159,12 +159,12 @@ def families(model: RampModel, found: Periodic | None) -> Iterator[Family]:
         yield Family(found.cause, one, terms, shapes=found.shapes)
 
 
-def _drifts(model: RampModel) -> list[Drift]:
+def _drifts(model: RampModel) -> list[FrictionDrift]:
     """Return the laws of friction that drifts; none where one is in the model, or where the shaft passes each speed only once."""
     if model.terms.drift is not None or len(model.runs) < 2:
         return []
     end = float(model.turned[-1][-1])
-    return [Drift(end, end, top) for top in (0.0, model.top)]
+    return [FrictionDrift(end, end, top) for top in (0.0, model.top)]
 
 
 def periodic(model: RampModel, solved: Solved) -> Periodic | None:

@@ -30,7 +30,7 @@ class Stribeck:
 
 
 @dataclass(frozen=True)
-class Drift:
+class FrictionDrift:
     """Friction that falls while the shaft turns, as grease warms, or rises: as 1 − exp(−t/`time`), by the amplitude until `end` (s).
 
     It is the viscous friction, the amplitude being that at the speed `top` (rad/s), or the Coulomb friction where `top` is 0. Of several
@@ -56,7 +56,7 @@ class Terms:
     """
 
     stribeck: Stribeck | None = None
-    drift: Drift | None = None
+    drift: FrictionDrift | None = None
     speed_filter: float | FloatArray = 0.0
     torque_filter: bool = False
     added: tuple[FloatArray, ...] = field(default=(), compare=False)
