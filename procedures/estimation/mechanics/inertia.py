@@ -1,5 +1,6 @@
 """Inertia and friction from ramps of speed (§3.5, erratum E6)."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -167,6 +168,14 @@ def subtract_tare(coupled: Mapping[str, Number], tare: Mapping[str, Number]) -> 
     Raises EstimationError where the tare's inertia is not below that of the coupled set.
     """
     if not tare["inertia"] < coupled["inertia"]:
+        off = estimate_of(tare["inertia"]) - estimate_of(coupled["inertia"])
+        unknown = 2.0 * math.hypot(*(float(getattr(each["inertia"], "u", 0.0)) for each in (tare, coupled)))
+        if off < unknown:
+            raise EstimationError(
+                f"the inertia of dynamometer and coupling alone is not told from that of the coupled set: their difference is known "
+                f"to {unknown:.2g} kg·m² only. Something disturbs torque or speed (see the plots of the "
+                "ramps): a sensor out of centre, vibration, a filter; or the motor's inertia is too small for this dynamometer"
+            )
         raise EstimationError(
             f"the inertia of dynamometer and coupling, {estimate_of(tare['inertia']):g} kg·m², is not below that of the coupled set, "
             f"{estimate_of(coupled['inertia']):g} kg·m²; check that the motor was coupled for the second run only"

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from procedures.estimation.fitting.checks import series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
@@ -14,6 +15,13 @@ from procedures.estimation.fitting.smoothing import smooth
 _LEVEL = 1.3
 #: Smallest singular value of the design, per root of readings, by which what turns can be told from the level.
 _APART = 0.05
+#: Degree of a course, least share of the scatter that is a swing about it, and the share of a shaft's answer to a swing below which, so
+#: many standard deviations allowed for, it does not follow.
+_COURSE, _SWINGS, _FOLLOWS, _SURE = 5, 0.7, 0.5, 4.0
+#: Share of a torque's variance that may be left of what turns with a shaft that does not follow it.
+_LEFT = 0.1
+#: Share of a swing's variance that its second half has at least, and by how many times its variance exceeds the scatter's.
+_LASTS, _CLEAR = 0.2, 3.0
 
 
 @dataclass(frozen=True)
@@ -65,8 +73,56 @@ def ramp_torque(given: float | FloatArray, time: FloatArray, speed: FloatArray, 
         return RampTorque(np.full_like(torque, np.mean(torque)), noise, False)
     if (turning := torque_runout(torque, time, speed)) is not None:
         return RampTorque(np.full_like(torque, turning.level), turning.uncertainty, False)
+    if (beside := _beside_the_shaft(torque, time, speed)) is not None:
+        return RampTorque(np.full_like(torque, np.mean(torque)), beside, False)
     smoothed = smooth(torque, scatter) if scatter > 0.0 else None
     return RampTorque(torque if smoothed is None else smoothed.values, noise, True)
+
+
+def _beside_the_shaft(torque: FloatArray, time: FloatArray, speed: FloatArray) -> float | None:
+    """Return what the mean (N·m) of torques (n,) that swing may be off by where the speeds (n,) do not follow the swing: a vibration of the
+    transducer. None where they do, and where the torque has a course rather than a swing.
+    """
+    smooth_part = _course(time)
+    swing = torque - smooth_part @ (smooth_part.T @ torque)
+    if (
+        np.std(swing) < _SWINGS * np.std(torque)
+        or not _lasts(swing, white_noise(torque))
+        or _is_followed(torque, time, speed)
+    ):
+        return None
+    turns = np.flatnonzero(np.diff(np.sign(swing))) + 1
+    longest = float(np.max(np.diff(time[np.concatenate(([0], turns, [-1]))])))
+    return math.sqrt(2.0) * float(np.std(swing)) * longest / float(time[-1] - time[0])
+
+
+def _is_followed(torque: FloatArray, time: FloatArray, speed: FloatArray) -> bool:
+    """Return whether the speeds (n,) may be those of a shaft that what swings in the torques (n,) acts on."""
+    smooth_part = _course(time)
+    swing = torque - smooth_part @ (smooth_part.T @ torque)
+    pushed = np.append(0.0, np.cumsum(0.5 * (swing[1:] + swing[:-1]) * np.diff(time)))
+    pushed -= smooth_part @ (smooth_part.T @ pushed)
+    left = speed - smooth_part @ (smooth_part.T @ speed)
+    size = float(pushed @ pushed)
+    followed = float(pushed @ left) / size
+    scatter = float(np.std(left - followed * pushed)) / math.sqrt(size)
+    # Friction leaves less of the torque to the inertia than all of it.
+    as_shaft = abs(float(speed[-1] - speed[0])) / (float(time[-1] - time[0]) * abs(float(np.mean(torque))))
+    return abs(followed) + _SURE * scatter > _FOLLOWS * as_shaft
+
+
+def _lasts(swing: FloatArray, scatter: float) -> bool:
+    """Return whether a swing (n,) is well above the scatter and goes on in the second half of a ramp: what a filter leaves at its beginning
+    does not.
+    """
+    whole, second = float(np.var(swing)) - scatter**2, float(np.var(swing[swing.size // 2 :])) - scatter**2
+    return whole > _CLEAR * scatter**2 and second > _LASTS * whole
+
+
+def _course(time: FloatArray) -> FloatArray:
+    """Return directions (n, k) that speeds of a shaft with friction are along, and torques behind a filter."""
+    x = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
+    return np.asarray(np.linalg.qr(chebyshev.chebvander(x, _COURSE))[0], dtype=np.float64)
 
 
 def torque_runout(torque: FloatArray, time: FloatArray, speed: FloatArray) -> TorqueRunout | None:
@@ -77,21 +133,31 @@ def torque_runout(torque: FloatArray, time: FloatArray, speed: FloatArray) -> To
     angle = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)))
     once, twice, pace = np.exp(1j * angle), np.exp(2j * angle), np.abs(speed) / float(np.max(np.abs(speed)))
     # A reading that is late turns on, and fades, as the shaft is faster.
-    turns = np.column_stack((once.real, once.imag, pace * once.real, pace * once.imag))
+    turns = np.column_stack([part for k in range(2) for part in (pace**k * once.real, pace**k * once.imag)])
     design = np.column_stack((np.ones_like(angle), turns, twice.real, twice.imag))
     freedom = torque.size - design.shape[1]
-    if freedom < 1 or np.linalg.svd(design, compute_uv=False)[-1] < _APART * math.sqrt(torque.size):
+    if freedom < 5 or np.linalg.svd(design, compute_uv=False)[-1] < _APART * math.sqrt(torque.size):
         return None
     found, *_ = np.linalg.lstsq(design, torque, rcond=None)
     left = torque - design @ found
+    variance = float(left @ left) / freedom
     # What a wave hides from one reading to the next is none of the scatter.
     if np.std(left) > _LEVEL * white_noise(left):
-        return None
-    variance = float(left @ left) / freedom
-    wave = turns @ found[1:5]
+        # A mean over many readings fades further, and not by as much for each turn.
+        turns = np.column_stack([part for k in range(4) for part in (pace**k * once.real, pace**k * once.imag)])
+        design = np.column_stack((np.ones_like(angle), turns, twice.real, twice.imag))
+        found, *_ = np.linalg.lstsq(design, torque, rcond=None)
+        left = torque - design @ found
+        if np.var(left) > _LEFT * np.var(torque) or not _lasts(turns @ found[1 : 1 + turns.shape[1]], 0.0):
+            return None
+        if _is_followed(torque, time, speed):
+            return None
+        # What is left comes in waves of about a turn.
+        variance = float(left @ left) / max(float(angle[-1]) / (2.0 * math.pi), 1.0)
+    wave = turns @ found[1 : 1 + turns.shape[1]]
     return TorqueRunout(
         float(found[0]),
-        math.sqrt(variance * float(np.linalg.inv(design.T @ design)[0, 0])),
+        math.sqrt(variance * float(np.linalg.pinv(design.T @ design)[0, 0])),
         math.sqrt(2.0 * float(np.mean(wave**2))),
         math.sqrt(2.0 * variance * turns.shape[1] / torque.size),
     )

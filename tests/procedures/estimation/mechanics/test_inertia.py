@@ -109,7 +109,7 @@ def test_tare_is_subtracted_with_its_uncertainty() -> None:
     plain = subtract_tare({n: q.x for n, q in coupled.items()}, {n: q.x for n, q in tare.items()})
     assert plain == pytest.approx({"inertia": 6e-4, "coulomb_friction": 0.03, "viscous_friction": 3e-4})
     with pytest.raises(EstimationError, match=r"0\.0004 kg.m², is not below"):
-        subtract_tare(tare, tare)
+        subtract_tare(dict.fromkeys(tare, 4e-4), dict.fromkeys(tare, 4e-4))
 
 
 def test_torque_from_shaft_power_is_that_of_the_mechanical_speed() -> None:
@@ -158,3 +158,13 @@ def test_a_friction_that_would_be_negative_withholds_both() -> None:
         withheld = fit.misfit.withholding(name)
         assert withheld is not None
         assert "negative friction" in sentence(withheld).render()
+
+
+def test_a_tare_that_is_not_known_well_enough_is_no_wrong_coupling() -> None:
+    coupled = dict.fromkeys(("coulomb_friction", "viscous_friction"), ureal(1e-2, 1e-4)) | {
+        "inertia": ureal(1.7e-4, 1e-6)
+    }
+    with pytest.raises(EstimationError, match=r"their difference is known to 0\.19 kg·m² only"):
+        subtract_tare(coupled, coupled | {"inertia": ureal(3.8e-4, 0.094)})
+    with pytest.raises(EstimationError, match="coupled for the second run only"):
+        subtract_tare(coupled, coupled | {"inertia": ureal(3.8e-4, 1e-6)})
