@@ -116,8 +116,9 @@ def test_a_flux_map_grows_over_the_plane_of_currents() -> None:
         known.append(number + by[CurveStyle.TO_COME].x.size)
     # Those about the largest torque are chosen when the others have been read.
     assert known == sorted(known)
-    assert len(set(known)) == 2
-    assert known[-1] == planned
+    once = planned - found.findings["read_again"]
+    assert len(set(known[:once])) == 2
+    assert (known[once - 1], known[-1]) == (once, planned)
     # Lines of equal flux linkage come as soon as the readings tell them, and reach as far as those do, by the levels that are drawn.
     assert extent(watching.plots[0]) == 0.0
     assert 0.0 < extent(watching.plots[planned // 4]) < 1.2 * extent(watching.plots[-1])

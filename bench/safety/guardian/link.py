@@ -30,10 +30,10 @@ from drivers.interfaces.text import Text, text
 from procedures.core.bench import Recorder
 from procedures.core.events import Event, StepFinished, StepStarted
 
-#: How long (s) a guardian may take to be there, and to leave.
-_START, _LEAVE = 30.0, 5.0
+#: How long (s) a guardian may take to be there, and to leave: a busy disk has kept one for six seconds that closed its record.
+_START, _LEAVE = 30.0, 15.0
 #: How long (s) it may take to leave when it first has to switch off what the run could not.
-_LEAVE_UNSAFE = 15.0
+_LEAVE_UNSAFE = 25.0
 #: How long (s) after the end of its output its process may still be there.
 _REAP = 1.0
 #: How long (s) a guardian that lives may be silent.
