@@ -185,13 +185,12 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             running.enter_context(bench.dynamometer.driving_speed(speed))
             running.enter_context(bench.inverter.driving_current(float(levels[0])))
             taken = torque_at_levels(
-                bench,
+                shaft,
                 levels.tolist(),
                 self.settings.readings,
                 self.settings.interval,
                 self.settings.settling,
                 speed=speed,
-                shaft=shaft,
             )
         self.tell_misfit(shaft.misfit())
         currents, torques = taken.currents.ravel(), taken.torques.ravel()

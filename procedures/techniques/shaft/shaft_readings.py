@@ -13,15 +13,15 @@ class ShaftReadings:
 
     def __init__(self, bench: Bench) -> None:
         """Read the dynamometer of a `bench`."""
-        self._bench = bench
+        self.bench = bench
         self.taken = self.lost = 0
 
     def measure(self) -> DynamometerReading:
         """Return a reading; one of neither speed nor torque is taken again, unless a person reads it or it stays so."""
         for _ in range(_IN_A_ROW):
             self.taken += 1
-            read = self._bench.dynamometer.measure()
-            if read.speed or read.torque or self._bench.dynamometer.read_by_hand:
+            read = self.bench.dynamometer.measure()
+            if read.speed or read.torque or self.bench.dynamometer.read_by_hand:
                 return read
             self.lost += 1
         return read

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from drivers.interfaces import Accuracy, InverterAbility
 from drivers.interfaces.text import text
-from procedures.core.bench import Bench, ProcedureError
+from procedures.core.bench import ProcedureError
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.fitting.noise import undithered
 from procedures.estimation.mechanics.torque_constant import (
@@ -67,25 +67,18 @@ class TorqueLevels:
 
 
 def torque_at_levels(
-    bench: Bench,
-    levels: Sequence[float],
-    readings: int,
-    interval: float,
-    settling: float,
-    *,
-    speed: float,
-    shaft: ShaftReadings,
+    shaft: ShaftReadings, levels: Sequence[float], readings: int, interval: float, settling: float, *, speed: float
 ) -> TorqueLevels:
     """Return readings about `interval` (s) apart at each current (A), `settling` (s) after it was set, or longer where the torque lags.
 
-    The `speed` (rad/s) and a current are driven already; levels follow one another in even steps. Where a little of a lag is left, the
-    first is left out. `shaft` takes the readings of the dynamometer.
+    The `speed` (rad/s) of the `shaft` and a current are driven already; levels follow one another in even steps. Where a little of a lag
+    is left, the first is left out.
     Raises ProcedureError where the torque lags however long it is waited for, or the speed is not held.
     """
     for share in _LONGER:
-        taken = _taken(bench, levels, readings, interval, share * settling, speed, shaft)
+        taken = _taken(shaft, levels, readings, interval, share * settling, speed)
         drift = drift_within_levels(taken.torques, taken.torque_accuracy.resolution)
-        if not drift or bench.dynamometer.read_by_hand:
+        if not drift or shaft.bench.dynamometer.read_by_hand:
             return taken
     if abs(drift) < _LEFT * abs(float(np.mean(np.diff(taken.torques.mean(axis=1))))):
         # Alike at all levels but the first, it is an offset of the others.
@@ -106,14 +99,9 @@ def torque_at_levels(
 
 
 def _taken(
-    bench: Bench,
-    levels: Sequence[float],
-    readings: int,
-    interval: float,
-    settling: float,
-    speed: float,
-    readings_of: ShaftReadings,
+    shaft: ShaftReadings, levels: Sequence[float], readings: int, interval: float, settling: float, speed: float
 ) -> TorqueLevels:
+    bench = shaft.bench
     shape = len(levels), readings
     currents, torques, speeds = np.empty(shape), np.empty(shape), np.empty(shape)
     voltages = np.empty(shape, complex) if InverterAbility.VOLTAGES in bench.inverter.abilities else None
@@ -126,11 +114,11 @@ def _taken(
         bench.clock.sleep(settling if place else _AT_FIRST * settling)
         for number in range(readings):
             bench.clock.sleep(float(waits[place, number]))
-            shaft = readings_of.measure()
-            check_held(bench, [shaft], speed)
+            read = shaft.measure()
+            check_held(bench, [read], speed)
             # What the dynamometer puts on the shaft, the motor takes off.
-            torques[place, number], speeds[place, number] = -shaft.torque, shaft.speed
-            torque_accuracy, speed_accuracy = shaft.torque_accuracy, shaft.speed_accuracy
+            torques[place, number], speeds[place, number] = -read.torque, read.speed
+            torque_accuracy, speed_accuracy = read.torque_accuracy, read.speed_accuracy
             if voltages is None:
                 current = bench.inverter.measure_current()
                 currents[place, number], current_accuracy = current.value, current.accuracy
