@@ -151,7 +151,7 @@ def analyze_back_emf(
         )
     else:
         detail_speeds(outcome, records, over, factor, pole_pairs)
-    drifting = any(record.drifts for record in records)
+    drifting = any(record.speed_changes for record in records)
     _constants(outcome, quantity, fit, pole_pairs, misfit, drifting=drifting, cold=temperature is not None)
     detail_record(outcome, first.capture, first.values, fit, first.integrated, factor)
     return outcome.as_dict()
@@ -249,7 +249,7 @@ def _flux_linkage(
         flux_linkage_least_squares={"value": factor * fitted[0], "standard_uncertainty": factor * fitted[1]},
         flux_linkage_integrated={"value": factor * integrated[0], "standard_uncertainty": factor * integrated[1]},
     )
-    source = _ESTIMATORS[first.drifts] if len(records) == 1 else text("{count} speeds", count=len(records))
+    source = _ESTIMATORS[first.speed_changes] if len(records) == 1 else text("{count} speeds", count=len(records))
     mean = outcome.uncertainties.statistical(source, over.value, over.uncertainty, over.degrees_of_freedom)
     for name, share in zip(first.names, first.shares, strict=True):
         mean = outcome.with_errors(mean, "voltage", name, gain=float(share))

@@ -43,6 +43,16 @@ def warn_of_record(outcome: AnalysisOutcome, record: BackEmfRecord) -> None:
                 drift_uncertainty=100 * fit.drift_uncertainty,
             )
         )
+    elif fit.ripples:
+        frequencies = record.integrated.period_frequencies
+        outcome.warn(
+            text(
+                "the speed swings: the periods of the record are at {slowest:.4g} to {fastest:.4g} Hz. The flux linkage comes from the "
+                "voltage integrated over whole periods, which does not depend on the speed",
+                slowest=float(np.min(frequencies)),
+                fastest=float(np.max(frequencies)),
+            )
+        )
     if len(capture.channels) == 3 and not together:
         first, second = (float(np.degrees(fit.phases[k])) for k in (1, 2))
         if not (abs(abs(first) - 120) < 3 and abs(abs(second) - 120) < 3 and first * second < 0):

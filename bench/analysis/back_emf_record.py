@@ -51,9 +51,9 @@ class BackEmfRecord:
         return float((time.size - 1) / (time[-1] - time[0]))
 
     @property
-    def drifts(self) -> bool:
-        """True if the speed changed during the record: then the integrated voltage counts."""
-        return self.fit.drift_significant
+    def speed_changes(self) -> bool:
+        """True if the speed drifted or rippled during the record: then the integrated voltage counts."""
+        return self.fit.speed_changes
 
     @property
     def lines(self) -> list[list[str]]:
@@ -75,19 +75,23 @@ class BackEmfRecord:
     @property
     def flux(self) -> Combined:
         """Flux linkage at the probes (V·s/rad), of the estimator that counts."""
-        result = self.integrated.flux_linkage if self.drifts else self.fit.flux_linkage
+        result = self.integrated.flux_linkage if self.speed_changes else self.fit.flux_linkage
         return replace(result, uncertainty=self.repeated * result.uncertainty, scatter=self.repeated * result.scatter)
 
     @property
     def shares(self) -> NDArray[np.float64]:
         """The share of each channel in the mean."""
-        parts = self.integrated.values if self.drifts else np.abs(self.fit.amplitudes[:, self.fit.harmonics.index(1)])
+        parts = (
+            self.integrated.values
+            if self.speed_changes
+            else np.abs(self.fit.amplitudes[:, self.fit.harmonics.index(1)])
+        )
         return np.asarray(parts / np.sum(parts))
 
     @property
     def misfit(self) -> Misfit:
         """The record's deviations from the model, and those that its coupling may hide."""
-        shown = self.integrated.misfit if self.drifts else self.fit.misfit
+        shown = self.integrated.misfit if self.speed_changes else self.fit.misfit
         open_ = [channel for channel in self.capture.channels if channel.coupling != "dc"]
         said = any(channel.coupling == "ac" for channel in open_)
         found = coupling_finding(self.fit.frequency, [each.name for each in open_], stated=said) if open_ else None

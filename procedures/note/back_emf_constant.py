@@ -263,16 +263,16 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
         fundamentals = [fit.fundamental(k) for k in range(len(channels))]
         flux, misfit = fit.flux_linkage, fit.misfit
-        if fit.drift_significant and abs(fit.drift) > _DRIFT:
+        if fit.ripples or (fit.drift_significant and abs(fit.drift) > _DRIFT):
             integrated = flux_by_integration(time, samples, harmonics=self.settings.harmonics, digitized=told)
             flux, misfit = integrated.flux_linkage, integrated.misfit
             self.notice(
                 "speed-drift",
                 text(
-                    "the speed changed by {drift:.2%} during the record at {speed:.0f} rpm; the flux linkage is taken by integrating "
-                    "the voltage, which needs no constant speed",
-                    drift=abs(fit.drift),
-                    speed=mechanical.value / _RPM,
+                    "the speed changed between {slowest:.1f} and {fastest:.1f} rpm during the record; the flux linkage is taken by "
+                    "integrating the voltage, which needs no constant speed",
+                    slowest=mechanical.value / _RPM * float(np.min(integrated.period_frequencies)) / fit.frequency,
+                    fastest=mechanical.value / _RPM * float(np.max(integrated.period_frequencies)) / fit.frequency,
                 ),
             )
         return SpeedPoint(

@@ -20,6 +20,7 @@ from procedures.estimation.emf.record_preparation import (
     rounding,
     too_coarse,
 )
+from procedures.estimation.emf.speed_ripple import speed_ripples
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 from procedures.estimation.fitting.repeated_rows import repeated_rows
@@ -34,11 +35,12 @@ class BackEmfFit:
     `frequency` (Hz, of the fundamental) with its standard uncertainty; `amplitudes` (C, H) complex, peak, V, with
     `amplitude_uncertainties` of their magnitudes; `phases` of the fundamentals against channel 0 (rad, −π … π) with
     uncertainties; `thd` (C,) over the fitted harmonics; `residual_rms` (C,); `offsets` (C,).
-    `drift` is the relative change of speed over the record, significant where `drift_p_value` is small: the amplitudes then
-    hold at the record's middle. `colour` ≥ 1 tells how much denser the residual is around the fundamental than white noise
-    of its rms would be; the uncertainties include its root. `flux_linkage` is the mean over channels of fundamental ÷ electrical speed
-    (V·s/rad), and `misfit` what the record shows beyond the model, the channels' agreement included. `further` are amplitudes (C,), V,
-    peak, of orders that were not asked for and that the record shows; `residuals` (C, n) are without them.
+    `drift` is the relative change of speed over the record, significant where `drift_p_value` is small: the amplitudes then hold at
+    the record's middle; `ripples` whether the speed swings besides, so that they are too small. `colour` ≥ 1 tells how much denser
+    the residual is around the fundamental than white noise of its rms would be; the uncertainties include its root. `flux_linkage`
+    is the mean over channels of fundamental ÷ electrical speed (V·s/rad), and `misfit` what the record shows beyond the model, the
+    channels' agreement included. `further` are amplitudes (C,), V, peak, of orders that were not asked for and that the record
+    shows; `residuals` (C, n) are without them.
     """
 
     frequency: float
@@ -56,6 +58,7 @@ class BackEmfFit:
     drift: float
     drift_uncertainty: float
     drift_p_value: float
+    ripples: bool
     colour: float
     time_origin: float
     model: HarmonicModel
@@ -67,6 +70,11 @@ class BackEmfFit:
     def electrical_speed(self) -> float:
         """Electrical speed (rad/s)."""
         return 2 * np.pi * self.frequency
+
+    @property
+    def speed_changes(self) -> bool:
+        """True if the speed drifts or ripples over the record: the flux linkage then is the integrated voltage's."""
+        return self.drift_significant or self.ripples
 
     @property
     def drift_significant(self) -> bool:
@@ -96,6 +104,7 @@ class _Solved:
     drift: tuple[float, float, float]
     colour: float
     points: int
+    ripples: bool
 
 
 def fit_back_emf(
@@ -189,7 +198,7 @@ def _solve(t: FloatArray, v: FloatArray, kept: tuple[int, ...], begin: FloatArra
     u_drift = 8 * float(np.sqrt(density * drifting.course_covariance[1, 1])) / drifting.course[1]
     p_value = float(2 * special.stdtr(freedom, -(abs(drift) / u_drift))) if u_drift > 0 else (0.0 if drift else 1.0)
     model = at_full_rate(drifting if p_value < 0.01 and abs(drift) > 1e-5 else steady, kept, *every, block)
-    return _Solved(model, (float(drift), u_drift, p_value), density, t.size)
+    return _Solved(model, (float(drift), u_drift, p_value), density, t.size, speed_ripples(*every, kept, model))
 
 
 def _result(
@@ -246,6 +255,7 @@ def _result(
         drift=solved.drift[0],
         drift_uncertainty=solved.drift[1],
         drift_p_value=solved.drift[2],
+        ripples=solved.ripples,
         colour=density,
         time_origin=model.middle,
         model=model,

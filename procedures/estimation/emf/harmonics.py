@@ -142,6 +142,12 @@ def waveform_basis(model: HarmonicModel, orders: Sequence[int], time: FloatArray
     return _Wave.along(shapes, model.course, np.asarray(orders, dtype=np.float64)).design
 
 
+def by_phase(model: HarmonicModel, orders: Sequence[int], time: FloatArray) -> FloatArray:
+    """Return the derivatives of the voltages (C, n), V/rad, by the phase."""
+    turned = model.flux * 1j * np.asarray(orders)
+    return np.asarray(np.hstack((turned.real, turned.imag)) @ waveform_basis(model, orders, time)[1:])
+
+
 def _inverse(normal: FloatArray) -> FloatArray:
     """Return the inverse of a normal matrix whose columns may be of very different size."""
     size = np.sqrt(np.diag(normal))

@@ -1,6 +1,6 @@
 """Flux linkage by integrating a turning machine's voltage, which needs no constant speed (§3.4)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,9 +11,13 @@ from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit
 from procedures.estimation.emf.phase_jumps import find_jump, longest_whole, with_jump
 from procedures.estimation.emf.record import DigitizedChannel, channels_told, colour, prepare, start, usable
 from procedures.estimation.emf.record_preparation import as_recorded, prepare_record, rounding, too_coarse
+from procedures.estimation.emf.speed_ripple import rippling_courses
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 from procedures.estimation.fitting.repeated_rows import repeated_rows
+
+#: Rounds in which the course of a speed that ripples is refined.
+_ROUNDS = 4
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,27 @@ def _drifting_model(
         speed = model.speed(t)
         if cost(model) < cost(best) and np.min(speed) > 0.1 * np.max(speed):
             best = model
+    for _ in range(_ROUNDS):
+        nearer = _nearest(t, v, kept, best, cost)
+        if nearer is None:
+            break
+        best = nearer
     return best
+
+
+def _nearest(
+    t: FloatArray, v: FloatArray, kept: tuple[int, ...], model: HarmonicModel, cost: Callable[[HarmonicModel], float]
+) -> HarmonicModel | None:
+    """Return the first of the courses of a rippling speed with which a fit converges and costs less; None without one."""
+    for course in rippling_courses(t, v, kept, model):
+        try:
+            found = fit_harmonics(t, v, kept, course)
+        except EstimationError:
+            continue
+        speed = found.speed(t)
+        if cost(found) < cost(model) and np.min(speed) > 0.1 * np.max(speed):
+            return found
+    return None
 
 
 def _jump(t: FloatArray, v: FloatArray, kept: tuple[int, ...], course: FloatArray, highest: float) -> int | None:
@@ -89,9 +113,9 @@ def flux_by_integration(
 ) -> FluxEstimate:
     """Integrate the voltages (C, n), V, over each whole period, offsets removed: ψ₁ = |∫ v·exp(−j·φ(t)) dt| / π.
 
-    As ∫ v dt is the flux itself, the speed need not be known or constant; only the angle φ(t) is taken from the waveform, as
-    a polynomial of up to `largest_degree`. `digitized` and `resolution` are those of `fit_back_emf`. Raises EstimationError where the
-    record holds no whole period.
+    As ∫ v dt is the flux itself, the speed need not be known or constant; only the angle φ(t) is taken from the waveform, as a
+    polynomial of up to `largest_degree`, of more where the speed ripples. `digitized` and `resolution` are those of `fit_back_emf`.
+    Raises EstimationError where the record holds no whole period.
     """
     t, v = prepare(time, channels, digitized)
     if (repeated := repeated_rows(v)) is not None:

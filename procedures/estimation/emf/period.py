@@ -18,6 +18,8 @@ _MEDIANS, _EXTREMES = 64, (0.01, 0.99)
 #: A fit begins where its phase is off by less than this (rad); a course of up to this degree is told by so many crossings at least, whose
 #: periods are no more than so many times the next.
 _NEAR_ENOUGH, _MOST_DEGREE, _LEAST_CROSSINGS, _NEXT = 0.6, 6, 10, 1.4
+#: Of a speed that ripples, up to this degree, of so many crossings each, where periods differ less: missing samples make one that does not.
+_MOST_OF_RIPPLE, _CROSSINGS_EACH, _NEXT_OF_RIPPLE = 40, 3, 1.12
 #: A slower wave is told from this share of the amplitude on, if it is so many times what noise makes and has so many periods.
 _SLOWER, _BEYOND, _LEAST_SLOWER = 0.1, 5.0, 2.0
 
@@ -145,7 +147,9 @@ def bent_course(t: FloatArray, row: FloatArray, near: float) -> FloatArray | Non
     even = off(chebyshev.chebfit(x, phase, 1))
     if even < _NEAR_ENOUGH:
         return None
-    for degree in range(2, _MOST_DEGREE + 1):
+    ripple = np.min(ratios) > 1.0 / _NEXT_OF_RIPPLE and np.max(ratios) < _NEXT_OF_RIPPLE
+    most = max(_MOST_DEGREE, min(_MOST_OF_RIPPLE, times.size // _CROSSINGS_EACH) if ripple else 0)
+    for degree in range(2, most + 1):
         course = np.asarray(chebyshev.chebfit(x, phase, degree), dtype=np.float64)
         if off(course) < _NEAR_ENOUGH:
             return course

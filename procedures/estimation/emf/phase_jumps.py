@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from procedures.estimation.emf.harmonics import HarmonicModel, waveform_basis
+from procedures.estimation.emf.harmonics import HarmonicModel, by_phase
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 
@@ -37,10 +37,10 @@ _WHOLE, _NEAR, _NEAR_PERIODS = _Smooth(3, 9, 48), _Smooth(2, 5, 16), 1.25
 
 def find_jump(t: FloatArray, orders: tuple[int, ...], model: HarmonicModel) -> int | None:
     """Return the sample from which the phase has jumped, the most clearly seen one; None where it does not."""
-    by_phase = _slopes(t, orders, model)
+    slopes = by_phase(model, orders, t)
     weights = 1.0 / np.maximum(np.mean(model.residuals**2, axis=1), 1e-300)
-    seen = np.einsum("c,cn,cn->n", weights, by_phase, model.residuals)
-    told = np.einsum("c,cn,cn->n", weights, by_phase, by_phase)
+    seen = np.einsum("c,cn,cn->n", weights, slopes, model.residuals)
+    told = np.einsum("c,cn,cn->n", weights, slopes, slopes)
     at, found = _jump(seen, told, _WHOLE)
     if found or at is None:
         return at
@@ -111,9 +111,3 @@ def with_jump(misfit: Misfit, found: Misfit) -> Misfit:
         else:
             others.append(each)
     return Misfit((jump, *others))
-
-
-def _slopes(t: FloatArray, orders: tuple[int, ...], model: HarmonicModel) -> FloatArray:
-    """Return the derivatives of the voltages (C, n) by the phase."""
-    turned = model.flux * 1j * np.asarray(orders)
-    return np.asarray(np.hstack((turned.real, turned.imag)) @ waveform_basis(model, orders, t)[1:])
