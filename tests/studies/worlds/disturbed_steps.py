@@ -37,6 +37,8 @@ class Batch:
     limit: np.ndarray = field(init=False)
     cut: np.ndarray = field(init=False)
     voltage_cut: np.ndarray = field(init=False)
+    #: Where an amplifier ends ahead of the noise.
+    top: np.ndarray = field(init=False)
     odd: np.ndarray = field(init=False)
     resonance: np.ndarray = field(init=False)
     voltage_resonance: np.ndarray = field(init=False)
@@ -77,7 +79,7 @@ class Batch:
         for name in (*zero, "resonance", "voltage_resonance"):
             setattr(self, name, np.zeros(n))
         self.damping, self.divider_time = np.full(n, 0.2), np.ones(n)
-        for name in ("knee", "closed", "limit", "cut", "voltage_cut"):
+        for name in ("knee", "closed", "limit", "cut", "voltage_cut", "top"):
             setattr(self, name, np.full(n, np.inf))
 
     def spread(self, low: float, high: float) -> np.ndarray:
@@ -209,6 +211,7 @@ def sampled(batch: Batch, *, bits: int | None = None, noise: tuple[float, float]
         i = current[k] + batch.hum[k] * np.sin(angle) + batch.slope[k] * time[k] / (time[k, -1] - time[k, 0])
         # What a lead picks up of the edge, ringing.
         i = i + batch.odd[k] * np.exp(-np.maximum(time[k], 0) / 0.7) * np.sin(9.0 * np.maximum(time[k], 0))
+        i = np.minimum(i, batch.top[k])
         v = voltage[k]
         if batch.voltage_hum[k]:
             # Drawn only here, so that records without it stay what they were.
@@ -267,6 +270,8 @@ def row(name: str, count: int, *seed: int) -> Batch:
                 batch.bend = np.full(count, 2.0 if "magnetised" in part else 1.0)
             case "clipped":
                 batch.cut, batch.known = batch.random.uniform(0.5, 1.0, count), "known" in part
+            case "flat top":
+                batch.top = batch.random.uniform(0.5, 1.0, count)
             case "voltage clipped":
                 batch.voltage_cut, batch.known = batch.random.uniform(0.8, 1.0, count), "known" in part
             case "current limit":
@@ -304,6 +309,7 @@ ROWS = (
     "bend, magnetised",
     "clipped, codes known",
     "clipped",
+    "flat top",
     "voltage clipped, codes known",
     "voltage clipped",
     "current limit",

@@ -17,6 +17,9 @@ _LEAST_SEEN, _CLEAR_OF_END, _CHOICES = 0.55, 4.0, 6
 #: A top that an amplifier cuts off ahead of its noise explains the record better than terms by so much of χ², and leaves of it at most so
 #: many times the noise's variance.
 _BETTER, _AS_NOISE = 25.0, 1.3
+#: Without a look at other causes a top is believed where the current would have gone on by this share, and no more than so many times the
+#: noise's variance is left.
+_GOES_ON, _CERTAIN = 0.03, 1.1
 #: Last share of a record that lies on a flat top.
 _ON_TOP = 8
 
@@ -76,10 +79,12 @@ def fit_unclipped(step: Problem, plain: Fitted, level: float) -> tuple[Problem, 
     return step, plain
 
 
-def fit_flat_top(step: Problem, plain: Fitted, explained: FloatArray) -> tuple[Problem, Fitted, float] | None:
+def fit_flat_top(
+    step: Problem, plain: Fitted, explained: FloatArray | None = None
+) -> tuple[Problem, Fitted, float] | None:
     """Return the fit of what lies below a top that is flat beneath its noise, and that level (A); None where the record has none.
 
-    `explained` (n,) is the current (A) as the best model without a top has it. Raises WithheldError where too little lies below.
+    `explained` (n,) is the current (A) as the best model without a top has it; where that is not known, a top has to be certain. Raises WithheldError where too little lies below.
     """
     record = step.record
     level = float(np.mean(record.current[-(record.time.size // _ON_TOP) :]))
@@ -95,8 +100,10 @@ def fit_flat_top(step: Problem, plain: Fitted, explained: FloatArray) -> tuple[P
         return None
     best, left = (
         float(np.sum((record.current - model) ** 2)) / record.current_noise**2
-        for model in (explained, up * np.minimum(up * cut.current, up * level))
+        for model in (plain.current if explained is None else explained, up * np.minimum(up * cut.current, up * level))
     )
-    if best - left < _BETTER or left > _AS_NOISE * room.size:
+    goes_on = float(cut.current[-1] - level) / (level - cut.full[2])
+    certain = goes_on > _GOES_ON and left <= _CERTAIN * room.size
+    if best - left < _BETTER or left > _AS_NOISE * room.size or (explained is None and not certain):
         return None
     return *fit_unclipped(below, cut, level), level

@@ -116,13 +116,16 @@ def _fit(time: ArrayLike, voltage: FloatArray, current: FloatArray, known: _Know
     step, plain = fit_plain(problem(record, *start[:3]), start)
     if cut is not None:
         step, plain = fit_unclipped(step, plain, cut)
+    elif flat := fit_flat_top(step, plain):
+        # A corner takes several terms, which take long to find.
+        step, plain, cut = flat
     record = step.record
     _check_window(record, plain.full)
     used = slice(None) if record.kept is None else record.kept > 0.0
     coarse = too_coarse(record.current[used], plain.current[used], current_resolution)
     seen_by = max(alarm, COARSE_ALARM) if coarse else alarm
     judged = judge(step, plain, alarm=seen_by)
-    # A corner takes several terms, or none explains it.
+    # Or none explains it.
     several = len(judged.fitted.terms) > 1 or any(f.cause is Cause.UNEXPLAINED for f in judged.findings)
     if cut is None and several and (flat := fit_flat_top(step, plain, judged.fitted.current)):
         step, plain, cut = flat
