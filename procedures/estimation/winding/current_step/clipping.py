@@ -84,7 +84,8 @@ def fit_flat_top(
 ) -> tuple[Problem, Fitted, float] | None:
     """Return the fit of what lies below a top that is flat beneath its noise, and that level (A); None where the record has none.
 
-    `explained` (n,) is the current (A) as the best model without a top has it; where that is not known, a top has to be certain. Raises WithheldError where too little lies below.
+    `explained` (n,) is the current (A) as the best model without a top has it; where that is not known, a top has to be certain. Raises
+    WithheldError where too little lies below.
     """
     record = step.record
     level = float(np.mean(record.current[-(record.time.size // _ON_TOP) :]))
