@@ -71,6 +71,15 @@ def test_motors_of_earlier_batches_are_refused_unless_a_person_answers(tmp_path:
     assert admitted(tmp_path, "A1\n", records, person="Wang") == [BatchMotor(1, "A1", 2, "Wang", judged_before=True)]
 
 
+def test_what_an_input_method_sends_full_width_is_the_same_motor(tmp_path: Path, records: RecordWriter) -> None:
+    records.save(a_record(7, "A-1", batch="last week"))
+    (refused,) = admitted(tmp_path, "Ａ－１\n", records)
+    assert isinstance(refused, RefusedSerial)
+    assert "serial number A-1 was tested before" in str(refused.why)
+    records.save(a_record(8, "Ｂｕ\u0308", batch="last week"))
+    assert [record.serial_number for record in records.records.read("last week")] == ["A-1", "B\u00fc"]
+
+
 def test_a_resumed_batch_passes_over_what_it_has(tmp_path: Path, records: RecordWriter) -> None:
     records.save(a_record(1, "A1"))
     assert admitted(tmp_path, "A1\nA2\n", records, last=1, finished=["A1"]) == [BatchMotor(2, "A2")]
