@@ -2,10 +2,10 @@
 
 import re
 
+from bench.files.full_width import PLAIN
+
 #: Minus signs, hyphens and dashes that stand before a number.
 _MINUS = re.compile(r"[\u2010-\u2013\u2212\ufe63](?=[\d.,])")
-#: Full-width forms of the printable signs of ASCII.
-_WIDE = {code: code - 0xFEE0 for code in range(0xFF01, 0xFF5F)}
 #: Blanks and apostrophes that are between groups of three digits, and are no separator of columns.
 _GROUPS = re.compile(r"(?<![\w.,])(-?[1-9]\d{0,2})((?:[\u00a0\u2007\u2009\u202f'\u2019]\d{3})+)(?![\w'\u2019])")
 _BLANK_GROUPS = re.compile(r"([+-]?[1-9]\d{0,2}(?: \d{3})+)([.,]\d*)?")
@@ -17,7 +17,7 @@ def plain_signs(content: str) -> str:
     else: non-breaking and thin blanks, apostrophes.
     """
     if not content.isascii():
-        content = _MINUS.sub("-", content.translate(_WIDE))
+        content = _MINUS.sub("-", content.translate(PLAIN))
     elif "'" not in content:
         return content
     return _GROUPS.sub(lambda match: match[1] + _NO_DIGIT.sub("", match[2]), content)

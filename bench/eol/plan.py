@@ -21,6 +21,7 @@ from bench.eol.plan_file import (
     RetestSection,
     SpreadSection,
 )
+from bench.eol.serial_number import is_written
 from bench.files.toml_file import read, validate
 from bench.i18n.errors import FileError, InputError
 from bench.operators.typed import typed_number
@@ -95,7 +96,7 @@ class Plan:
 
     def check_serial(self, serial: str) -> None:
         """Refuse a serial number (InputError) that does not match the plan's pattern or cannot be printed."""
-        if not serial.isprintable() or len(serial) > 64:
+        if not is_written(serial):
             raise InputError(text("serial number {serial!r}: allowed are up to 64 printable characters", serial=serial))
         if re.fullmatch(self.serial_pattern, serial) is None:
             raise InputError(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.eol.plan import Plan
+from bench.eol.serial_number import is_written
 from bench.i18n.errors import FileError, InputError
 from drivers.interfaces.text import text, text_of
 
@@ -74,5 +75,9 @@ def check_serial(plan: Plan, serial_number: str) -> None:
 
 def _matches(plan: PlanBeside, serial_number: str) -> bool:
     with suppress(re.error, OverflowError, RecursionError):
-        return bool(plan.serial_pattern) and re.fullmatch(plan.serial_pattern, serial_number) is not None
+        return (
+            is_written(serial_number)
+            and bool(plan.serial_pattern)
+            and re.fullmatch(plan.serial_pattern, serial_number) is not None
+        )
     return False

@@ -88,7 +88,7 @@ def label_of(record: MotorRecord) -> str:
             record.serial_number,
             record.model,
             record.verdict.value.upper(),
-            record.ended.strftime("%Y-%m-%d %H:%M"),
+            record.ended.strftime("%Y-%m-%d %H:%M UTC"),
             record.plan,
             f"socket {record.socket}",
             record.identifier[:8],

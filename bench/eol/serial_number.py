@@ -1,13 +1,25 @@
-"""The spellings of a serial number: a letter with an accent is one character or two, and the motor is the same."""
+"""The spellings of a serial number: an accent of its own or not, full-width or not, the motor is the same."""
 
 from unicodedata import normalize
 
+from bench.files.full_width import PLAIN
+
+_FULL_WIDTH = {plain: wide for wide, plain in PLAIN.items()}
+#: No serial number has more characters.
+_LONGEST = 64
+
+
+def is_written(serial_number: str) -> bool:
+    """Return whether it can be a serial number of any plan: short, and every character of it can be seen."""
+    return serial_number.isprintable() and len(serial_number) <= _LONGEST
+
 
 def spelled(serial_number: str) -> str:
-    """Return the spelling in which a serial number is kept (Unicode's form NFC)."""
-    return normalize("NFC", serial_number)
+    """Return the spelling in which a serial number is kept: Unicode's form NFC, and no full-width letters, digits or signs."""
+    return normalize("NFC", serial_number.translate(PLAIN))
 
 
 def spellings(serial_number: str) -> tuple[str, ...]:
     """Return the spellings in which records may have a serial number: those of earlier versions have it as it was sent."""
-    return tuple(dict.fromkeys((spelled(serial_number), normalize("NFD", serial_number), serial_number)))
+    kept = spelled(serial_number)
+    return tuple(dict.fromkeys((kept, normalize("NFD", kept), kept.translate(_FULL_WIDTH), serial_number)))

@@ -11,6 +11,8 @@ from drivers.interfaces.text import reason_of, text
 def pack(*batches: str, runs: Path = Path("runs"), language: str = "auto", json: bool = False) -> None:
     """Pack the journals of runs that have ended, of all batches where none is named; each stays readable where it is.
 
+    A batch that is being measured packs its own.
+
     Parameters
     ----------
     batches
@@ -23,7 +25,7 @@ def pack(*batches: str, runs: Path = Path("runs"), language: str = "auto", json:
         Print one JSON object and nothing else.
 
     """
-    from bench.eol.line.batch_log import FILE
+    from bench.eol.line.batch_log import FILE, held_batch, is_measured
     from bench.eol.line.packing import pack_batch
 
     there = sorted(log.parent.name for log in runs.glob(f"*/{FILE}"))
@@ -40,7 +42,11 @@ def pack(*batches: str, runs: Path = Path("runs"), language: str = "auto", json:
             )
         )
     try:
-        packed = sum(pack_batch(runs / name) for name in batches or there)
+        packed = 0
+        for name in batches or [name for name in there if not is_measured(runs / name)]:
+            # Its workers pack their own.
+            with held_batch(runs / name):
+                packed += pack_batch(runs / name)
     except OSError as error:
         raise InputError(text("{runs}: cannot be packed: {error}", runs=runs, error=reason_of(error))) from None
     if json:

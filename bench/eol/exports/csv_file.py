@@ -8,8 +8,9 @@ from typing import IO, Any
 from bench.eol.exports.rows import FIGURE_COLUMNS, MOTOR_COLUMNS, rows
 from bench.eol.record import MotorRecord
 
-#: What spreadsheets take for a formula's beginning (OWASP, CSV injection). An apostrophe before it makes it text.
-_FORMULA = ("=", "+", "-", "@", "\t", "\r", "'")
+#: What spreadsheets take for a formula's beginning (OWASP, CSV injection), some of them also where it is full-width, as input methods
+#: for Chinese send it. An apostrophe before it makes it text.
+_FORMULA = (*"=+-@＝＋－＠", "\t", "\r", "\n", "'")
 
 
 def write_csv(records: Iterable[MotorRecord], file: IO[bytes]) -> int:

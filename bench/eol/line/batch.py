@@ -86,7 +86,8 @@ def run_batch(
     """Measure a batch; return what became of it and why it was stopped, empty where it came to its end.
 
     `stream` is where serial numbers are typed or scanned, `fork_server` where workers come from, one of its own unless given.
-    Raises InputError before anything is touched, or where no socket can work; StoreError where records can no longer be kept.
+    Raises InputError before anything is touched, or where no socket can work; UsageError where not one serial number came;
+    StoreError where records can no longer be kept.
     """
     prepared = prepare(request.plan, request.station, request.sockets, request.operator)
     for words in prepared.notes:
@@ -156,8 +157,8 @@ def _run(
         "seed": request.seed,
     }
     with (
-        closing(BatchLog(folder, identity)) as log,
         closing(open_serials(request, plan, line, stream)) as serials,
+        closing(BatchLog(folder, identity)) as log,
     ):
         batch = Batch(
             name=name,
@@ -201,6 +202,14 @@ def _run(
             counts.undecidable = limits.notes
             braked = any(not brake.socket for brake in counts.brakes) or not admission.ended
             counts.unfinished = not stopped and (braked or admission.held_up is not None)
+            tested = counts.motors or counts.golden or counts.unfinished or stopped
+            if isinstance(serials, ScannedSerials) and not serials.any and not tested:
+                raise UsageError(
+                    text(
+                        "no serial number came before the end of the input, and no motor was tested; scan or type one a line, "
+                        "or give --serials FILE"
+                    )
+                )
             return stopped
 
 

@@ -26,19 +26,22 @@ class GoldenTests:
     ask_server: Callable[[Callable[[Engine], list[MotorRecord]]], list[MotorRecord] | None] = lambda _question: None
 
     def last_passed(self, socket: str, now: datetime) -> datetime | None:
-        """Return when (UTC) a golden motor passed at a socket, None where none has, or one did not pass since.
+        """Return when (UTC) the last golden test at a socket passed, None where there is none, or it did not.
 
-        Tests that end after `now` were made while the clock was ahead, and nobody knows when.
+        The last is the one that was kept last: a clock that was ahead must not hide a failure. One that ends after `now` was made
+        while it was, and nobody knows when.
         """
         query = (
             select(MOTOR.c.ended, MOTOR.c.verdict)
-            .where(self._tested(socket), MOTOR.c.verdict != Verdict.ABORTED.value, MOTOR.c.ended <= now)
-            .order_by(MOTOR.c.ended.desc())
+            .where(self._tested(socket), MOTOR.c.verdict != Verdict.ABORTED.value)
+            .order_by(MOTOR.c.id.desc())
             .limit(1)
         )
         with self.engine.connect() as connection:
             last = connection.execute(query).one_or_none()
-        return utc(last.ended) if last is not None and last.verdict == Verdict.PASS.value else None
+        if last is None or last.verdict != Verdict.PASS.value or utc(last.ended) > now:
+            return None
+        return utc(last.ended)
 
     def history(self, socket: str, serial_number: str, tests: int, since: date | None) -> dict[str, Sequence[float]]:
         """Return the figures by parameter of the first `tests` passed tests of a golden motor at a socket `since` a day.
@@ -79,8 +82,8 @@ class GoldenTests:
 
 
 def last_test_ended(engine: Engine, station: str) -> datetime | None:
-    """Return when (UTC) a station's latest test ended, None where it has none."""
-    query = select(MOTOR.c.ended).where(MOTOR.c.station == station).order_by(MOTOR.c.started.desc()).limit(1)
+    """Return when (UTC) a station's test that was kept last ended, None where it has none."""
+    query = select(MOTOR.c.ended).where(MOTOR.c.station == station).order_by(MOTOR.c.id.desc()).limit(1)
     with engine.connect() as connection:
         found = connection.execute(query).scalar()
     return None if found is None else utc(found)

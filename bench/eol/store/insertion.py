@@ -2,18 +2,21 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import lru_cache
 from math import isfinite
 from typing import Any
 
-from sqlalchemy import Column, Connection, Dialect, Engine, Insert, Table, delete, insert, select
+from sqlalchemy import Column, Connection, Dialect, Engine, Insert, Table, delete, insert, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.exc import DBAPIError
 
 from bench.eol.record import MotorRecord
+from bench.eol.serial_number import spelled, spellings
 from bench.eol.store.database import reason
 from bench.eol.store.faults import RefusedError
 from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, PARAMETER_LABEL, SERIAL_CLAIM, WAVEFORM
+from bench.eol.store.summed_tables import REPEATED_TEST
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
 
@@ -26,10 +29,12 @@ _MOTOR_COLUMNS = tuple(column for column in MOTOR.columns if column.name != "id"
 
 
 def insert_record(connection: Connection, record: MotorRecord) -> bool:
-    """Insert a record within the connection's transaction; tells whether it was new.
+    """Insert a record within the connection's transaction, by the one spelling of its serial number; tells whether it was new.
 
-    Raises RefusedError where another motor's test has its identifier.
+    Earlier tests that have another spelling get this one: who counts motors counts serial numbers. Raises RefusedError where another
+    motor's test has its identifier.
     """
+    record = replace(record, serial_number=spelled(record.serial_number))
     row = [getattr(record, column.name) for column in _MOTOR_COLUMNS]
     sql, values = _motor(connection.dialect)
     motor = connection.exec_driver_sql(sql, values(row)).scalar_one_or_none()
@@ -38,6 +43,8 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
     if motor is None:
         _check_same(connection, record)
         return False
+    if record.test_number > 1:
+        _spell_alike(connection, record.serial_number)
     figures = [
         (
             motor,
@@ -68,11 +75,20 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
     return True
 
 
+def _spell_alike(connection: Connection, serial_number: str) -> None:
+    """Give a motor's earlier tests the spelling that the serial number of its new test has."""
+    others = [spelling for spelling in spellings(serial_number) if spelling != serial_number]
+    for table in (MOTOR, REPEATED_TEST):
+        of_it = table.c.serial_number.in_(others)
+        connection.execute(update(table).where(of_it).values(serial_number=serial_number))
+
+
 def _check_same(connection: Connection, record: MotorRecord) -> None:
     """Raise RefusedError where the identifier is another record's: one of the two would be lost without a word."""
     columns = (MOTOR.c.serial_number, MOTOR.c.verdict, MOTOR.c.journal_sha256)
     there = connection.execute(select(*columns).where(MOTOR.c.identifier == record.identifier)).one()
-    if tuple(there) != (record.serial_number, record.verdict.value, record.journal_sha256):
+    same = spelled(there.serial_number), there.verdict, there.journal_sha256
+    if same != (record.serial_number, record.verdict.value, record.journal_sha256):
         raise RefusedError(
             text(
                 "another test has its identifier: {serial}, {verdict}. The batch's folder was copied and measured in two places; "

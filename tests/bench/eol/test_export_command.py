@@ -126,7 +126,8 @@ def test_csv_keeps_every_digit(records: Records, export) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", ['=HYPERLINK("http://x")', "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "'=1", "plain", ""]
+    "words",
+    ['=HYPERLINK("http://x")', "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1", "＝1", "－1", "'=1", "plain", ""],
 )
 def test_no_cell_is_a_formula(words: str) -> None:
     file = io.BytesIO()
@@ -134,7 +135,7 @@ def test_no_cell_is_a_formula(words: str) -> None:
     rows = list(csv.DictReader(io.StringIO(file.getvalue().decode("utf-8"), newline="")))
     assert original(rows[0]["person"]) == words
     for row in rows:
-        assert not any(cell.startswith(("=", "+", "@", "\t", "\r")) for cell in row.values())
+        assert not any(cell.startswith(("=", "+", "@", "\t", "\r", "\n", "＝", "－")) for cell in row.values())
         assert not row["person"].startswith("-")
 
 

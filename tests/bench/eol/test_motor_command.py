@@ -5,11 +5,12 @@ import math
 from datetime import timedelta
 
 import pytest
-from sqlalchemy import Engine
+from sqlalchemy import Engine, update
 
 from bench.eol.record import MeasuredFigure
 from bench.eol.store.earlier_tests import earlier_tests
 from bench.eol.store.records import Records
+from bench.eol.store.schema import MOTOR
 from bench.eol.verdict import Verdict
 from tests.bench.eol.motor_records import NOON, motor_record
 from tests.command_line import called
@@ -51,7 +52,9 @@ def test_a_motor_is_found_however_its_letters_are_sent(
 ) -> None:
     """Records of earlier versions have serial numbers as they were sent."""
     one, two = "RU\u0308-1", "R\u00dc-1"
-    records.save(motor_record(1, serial_number=one))
+    records.save(motor_record(1, serial_number=two))
+    with engine.begin() as connection:
+        connection.execute(update(MOTOR).values(serial_number=one))
     for typed in (one, two):
         assert [test.number for test in earlier_tests(engine, typed)] == [1]
         code, out, _ = called(capsys, "eol", "motor", typed, "--records", reference)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.eol.line.batch_log import FILE
+from bench.eol.line.batch_log import FILE, BatchLog, held_batch
 from bench.i18n.errors import FileError
 from bench.journal.packed import is_journal, open_journal, pack, packed_path, unpack
 from tests.command_line import called
@@ -134,3 +134,13 @@ def test_there_is_nothing_to_pack(tmp_path: Path, capsys: pytest.CaptureFixture[
     code, _, err = called(capsys, "eol", "pack", "B2", "--runs", str(tmp_path))
     assert code == 2
     assert "contains no batch B2; the batches are: B1" in err
+
+
+def test_a_batch_that_is_being_measured_packs_its_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("B1", "B2"):
+        BatchLog(tmp_path / name, {}).close()
+    with held_batch(tmp_path / "B1"):
+        assert called(capsys, "eol", "pack", "--runs", str(tmp_path))[0] == 0
+        code, _, err = called(capsys, "eol", "pack", "B1", "--runs", str(tmp_path))
+        assert code == 1
+        assert "another process is measuring this batch" in err

@@ -75,14 +75,17 @@ def generated_serials(pattern: str, count: int, first: int = 1) -> ListedSerials
 
 
 def serials_of_file(path: Path) -> ListedSerials:
-    """Return the lines of a file; empty ones are passed over. Raises FileError where it cannot be read."""
+    """Return the lines of a file; empty ones are passed over. Raises FileError where it cannot be read, or all are empty."""
     try:
         _check_text(path)
-        return ListedSerials(_lines(path))
+        serials = ListedSerials(_lines(path))
     except OSError as error:
         raise FileError(
             text("{path}: the file of serial numbers cannot be read: {strerror}", path=path, strerror=reason_of(error))
         ) from None
+    if serials.ended:
+        raise FileError(text("{path}: the file has no serial number; write one a line", path=path))
+    return serials
 
 
 def _lines(path: Path) -> Generator[str]:
@@ -172,10 +175,13 @@ class ScannedSerials(QueuedSerials):
 
     def __init__(self, stream: IO[str]) -> None:
         super().__init__()
+        #: Whether there was one at all.
+        self.any = False
         threading.Thread(target=self._read, args=(stream,), name="serial numbers", daemon=True).start()
 
     def _read(self, stream: IO[str]) -> None:
         for serial in _serials_in(stream):
+            self.any = True
             self.put(serial)
         self.end()
 

@@ -16,6 +16,7 @@ from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.preparation.line_file import LineSocket, ProductionLine
 from bench.eol.line.preparation.prepare import BatchRequest, Prepared, prepare
 from bench.eol.line.preparation.procedure_times import read_times
+from bench.eol.line.preparation.stored_names import plan_name_fault
 from bench.eol.line.workers.worker_process import ForkServer
 from bench.eol.plan_file import SpreadSection
 from bench.eol.record import MeasuredFigure, MotorRecord
@@ -212,7 +213,7 @@ def _summary(
         assumed=assumed,
         differences=differences,
         unverified=tuple(_unverified(records)),
-        notes=prepared.notes,
+        notes=(*prepared.notes, *filter(None, [plan_name_fault(prepared.plan)])),
         labels=prepared.labels,
     )
 

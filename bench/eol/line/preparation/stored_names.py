@@ -13,6 +13,7 @@ from bench.motor.motor_file import MotorFile
 from drivers.interfaces.text import Text, text
 
 _BATCH_NAME = re.compile(r"[\w][\w.-]{0,99}")
+_ALLOWED = text("allowed are up to 100 letters, digits, dots, hyphens and underscores")
 
 
 def check_names(plan: Plan, motor: MotorFile, line: ProductionLine) -> None:
@@ -24,18 +25,22 @@ def check_names(plan: Plan, motor: MotorFile, line: ProductionLine) -> None:
 
 def check_batch_name(given: str, plan: Plan) -> None:
     """Raise UsageError for a batch's name, given or else its plan's, that is no folder's."""
-    if _BATCH_NAME.fullmatch(given or plan.name):
-        return
-    allowed = text("allowed are up to 100 letters, digits, dots, hyphens and underscores")
-    if given:
-        raise UsageError(text("--batch {name!r}: {allowed}", name=given, allowed=allowed))
-    raise UsageError(
-        text(
-            "{source}: plan.name = {name!r} cannot be the batch's name, too: {allowed}; give --batch NAME",
-            source=plan.source,
-            name=plan.name,
-            allowed=allowed,
-        )
+    if not given:
+        if fault := plan_name_fault(plan):
+            raise UsageError(fault)
+    elif not _BATCH_NAME.fullmatch(given):
+        raise UsageError(text("--batch {name!r}: {allowed}", name=given, allowed=_ALLOWED))
+
+
+def plan_name_fault(plan: Plan) -> Text | None:
+    """Return why a plan's name can be no batch's, None where it can."""
+    if _BATCH_NAME.fullmatch(plan.name):
+        return None
+    return text(
+        "{source}: plan.name = {name!r} cannot be the batch's name, too: {allowed}; give --batch NAME",
+        source=plan.source,
+        name=plan.name,
+        allowed=_ALLOWED,
     )
 
 

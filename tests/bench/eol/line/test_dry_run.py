@@ -99,11 +99,13 @@ high = 0.018
 def test_a_limit_that_cannot_be_decided_is_not_said_to_be_missed(bench: Any) -> None:
     plan = bench.folder / "plan.toml"
     content = plan.read_text(encoding="utf-8").replace("percent = 60.0", "low = 0.01599\nhigh = 0.01601")
-    plan.write_text(content.replace("minimum_ratio = 0.0", "minimum_ratio = 1.0"), encoding="utf-8")
+    content = content.replace('"small"', '"a/../../b"').replace("minimum_ratio = 0.0", "minimum_ratio = 1.0")
+    plan.write_text(content, encoding="utf-8")
     done = dry_run(BatchRequest(plan, "virtual", Path(), motors=1), bench.fork_server)
     (resistance,) = [limit for limit in done.limits if limit.parameter == "stator_resistance"]
     assert not 0.01599 <= resistance.value <= 0.01601
     assert str(resistance.fault).startswith("undecidable")
+    assert "plan.name = 'a/../../b' cannot be the batch's name, too" in " ".join(map(str, done.notes))
 
 
 def test_ctrl_c_ends_it_and_no_motors_is_no_number_of_them(bench: Any) -> None:

@@ -19,7 +19,7 @@ from bench.eol.plan import load_plan
 from bench.eol.record import MeasuredFigure
 from bench.eol.statistics.golden_limits import limits_of_history
 from bench.eol.store.database import open_database
-from bench.eol.store.golden_tests import GoldenTests
+from bench.eol.store.golden_tests import GoldenTests, last_test_ended
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
@@ -209,9 +209,19 @@ def test_a_clock_that_was_put_back_leaves_no_gate_open(tmp_path: Path) -> None:
     assert "which is still to come: the clock was put back" in str(gate.due("1"))
     engine = open_database(str(tmp_path / "records.sqlite"))
     tests = GoldenTests(engine, "Pump", "S")
-    for number, ended in enumerate((MORNING, MORNING + timedelta(days=400))):
-        Records(engine).save(motor_record(number, golden=True, verdict=Verdict.PASS, started=MORNING, ended=ended))
-    assert tests.last_passed("1", MORNING + timedelta(hours=1)) == MORNING
+
+    def last_passed(number: int, ended: datetime, verdict: Verdict) -> datetime | None:
+        Records(engine).save(motor_record(number, golden=True, verdict=verdict, started=MORNING, ended=ended))
+        return tests.last_passed("1", MORNING + timedelta(hours=1))
+
+    assert last_passed(1, MORNING, Verdict.PASS) == MORNING
+    ahead = MORNING + timedelta(days=400)
+    assert last_passed(2, ahead, Verdict.PASS) is None
+    assert last_passed(3, MORNING, Verdict.PASS) == MORNING, "and it is over with the next one"
+    assert last_passed(4, ahead, Verdict.FAIL) is None, "a failure counts, whatever time it bears"
+    assert last_test_ended(engine, "S") == ahead
+    assert last_passed(5, MORNING, Verdict.PASS) == MORNING
+    assert last_test_ended(engine, "S") == MORNING, "no line is cold for a year by one test of the time to come"
     engine.dispose()
 
 

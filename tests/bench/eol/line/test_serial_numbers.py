@@ -12,10 +12,12 @@ from bench.eol.line.admission.next_motor import Admission, RefusedSerial
 from bench.eol.line.admission.serial_numbers import generated_serials, serials_of_file
 from bench.eol.line.batch_log import BatchMotor
 from bench.eol.line.record_writer import RecordWriter
+from bench.eol.plan import load_plan
+from bench.eol.plans_beside import check_serial
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.spool import Spool
-from bench.i18n.errors import InputError, UsageError
+from bench.i18n.errors import FileError, InputError, UsageError
 from tests.bench.eol.line.golden import open_gate
 from tests.bench.eol.motor_records import motor_record
 
@@ -69,6 +71,15 @@ def test_motors_of_earlier_batches_are_refused_unless_a_person_answers(tmp_path:
     assert admitted(tmp_path, "A1\n", records, person="Wang") == [BatchMotor(1, "A1", 2, "Wang", judged_before=True)]
 
 
+def test_what_an_input_method_sends_full_width_is_the_same_motor(tmp_path: Path, records: RecordWriter) -> None:
+    records.save(a_record(7, "A-1", batch="last week"))
+    (refused,) = admitted(tmp_path, "Ａ－１\n", records)
+    assert isinstance(refused, RefusedSerial)
+    assert "serial number A-1 was tested before" in str(refused.why)
+    records.save(a_record(8, "Ｂｕ\u0308", batch="last week"))
+    assert [record.serial_number for record in records.records.read("last week")] == ["A-1", "B\u00fc"]
+
+
 def test_a_resumed_batch_passes_over_what_it_has(tmp_path: Path, records: RecordWriter) -> None:
     records.save(a_record(1, "A1"))
     assert admitted(tmp_path, "A1\nA2\n", records, last=1, finished=["A1"]) == [BatchMotor(2, "A2")]
@@ -106,3 +117,27 @@ def test_the_end_of_a_line_that_is_too_long_is_no_serial_number(tmp_path: Path, 
     first, second = serials.take(), serials.take()
     assert (first is not None and len(first), second, serials.take()) == (min(length, 4096), "A1", None)
     serials.close()
+
+
+@pytest.mark.parametrize("content", ["", "\ufeff", "\r\n \n"])
+def test_a_list_without_a_serial_number_is_refused(bench: Any, content: str) -> None:
+    (bench.folder / "serials.txt").write_text(content, encoding="utf-8")
+    with pytest.raises(FileError, match=r"serials\.txt: the file has no serial number; write one a line"):
+        bench.run(motors=None, serials=str(bench.folder / "serials.txt"))
+    assert not list(bench.request.runs.rglob("batch.jsonl")), "no batch was begun"
+
+
+def test_a_terminal_that_ends_without_a_serial_number_is_refused(bench: Any) -> None:
+    with pytest.raises(UsageError, match="no serial number came before the end of the input"):
+        bench.run(motors=None)
+
+
+@pytest.mark.parametrize("serial", ["A\t1", "\u202eA1", "A" * 300])
+def test_what_is_no_serial_number_belongs_to_no_other_plan(bench: Any, serial: str) -> None:
+    plan = load_plan(bench.request.plan)
+    (bench.folder / "other.toml").write_text(
+        '[plan]\nname = "other"\nmotor = "m"\nserial_pattern = "(?s).+"\n', encoding="utf-8"
+    )
+    with pytest.raises(InputError, match="allowed are up to 64 printable characters") as refused:
+        check_serial(plan, serial)
+    assert "other" not in str(refused.value)

@@ -213,34 +213,61 @@ def test_a_record_that_the_own_database_refuses_stays_in_its_file_and_holds_up_n
     assert repr(kept) == repr(twice)
 
 
-def test_a_server_that_refuses_by_permission_is_waited_for(station: Station) -> None:
-    role = f"reader_{uuid.uuid4().hex[:12]}"
+@contextmanager
+def another_role(station: Station) -> Iterator[tuple[psycopg.Connection, str]]:
+    """Have the station be a role at its server that may read, for the length of the block; the server's owner, and the role's name."""
+    role = f"station_{uuid.uuid4().hex[:12]}"
     open_database(station.server).dispose()
-    database = make_url(station.server).database
-    with psycopg.connect(station.server, autocommit=True) as owner:
+    as_owner, database = station.server, make_url(station.server).database
+    with psycopg.connect(as_owner, autocommit=True) as owner:
         # A server may ask for a password, as the packaged one does.
         owner.execute(f"CREATE ROLE \"{role}\" LOGIN PASSWORD '{role}'")
         try:
             owner.execute(f'GRANT SELECT ON ALL TABLES IN SCHEMA public TO "{role}"')
-            as_owner = station.server
             station.server = make_url(as_owner).set(username=role, password=role).render_as_string(hide_password=False)
-            for number in (1, 2, 3):
-                station.save(record(number))
-            state = station.wait(lambda state: state.troubles and state.for_server == 3)
-            assert "permission denied" in station.sentences(state)
-            assert state.refused == (), "a server that refuses all refuses none for its content"
-            owner.execute(f'GRANT ALL ON ALL TABLES IN SCHEMA public TO "{role}"')
-            owner.execute(f'GRANT ALL ON ALL SEQUENCES IN SCHEMA public TO "{role}"')
-            station.all_clear()
-            station.server = as_owner
-            assert sorted(station.kept()) == [1, 2, 3]
+            yield owner, role
         finally:
+            station.server = as_owner
             owner.execute(
                 "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE usename = %s AND datname = %s",
                 (role, database),
             )
             owner.execute(f'DROP OWNED BY "{role}"')
             owner.execute(f'DROP ROLE "{role}"')
+
+
+def permit(owner: psycopg.Connection, role: str) -> None:
+    owner.execute(f'GRANT ALL ON ALL TABLES IN SCHEMA public TO "{role}"')
+    owner.execute(f'GRANT ALL ON ALL SEQUENCES IN SCHEMA public TO "{role}"')
+
+
+def test_a_server_that_refuses_by_permission_is_waited_for(station: Station) -> None:
+    with another_role(station) as (owner, role):
+        for number in (1, 2, 3):
+            station.save(record(number))
+        state = station.wait(lambda state: state.troubles and state.for_server == 3)
+        assert "permission denied" in station.sentences(state)
+        assert state.refused == (), "a server that refuses all refuses none for its content"
+        permit(owner, role)
+        station.all_clear()
+    assert sorted(station.kept()) == [1, 2, 3]
+
+
+def test_a_server_without_a_connection_to_spare_is_waited_for(station: Station) -> None:
+    with another_role(station) as (owner, role):
+        permit(owner, role)
+        station.save(record(1))
+        station.all_clear()
+        owner.execute(f'ALTER ROLE "{role}" CONNECTION LIMIT 0')
+        owner.execute("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE usename = %s", (role,))
+        for number in (2, 3):
+            station.save(record(number))
+        state = station.wait(lambda state: state.troubles and state.for_server == 2)
+        assert "too many connections" in station.sentences(state)
+        assert state.refused == (), "nothing is wrong with the records"
+        owner.execute(f'ALTER ROLE "{role}" CONNECTION LIMIT -1')
+        station.all_clear()
+    assert sorted(station.kept()) == [1, 2, 3]
 
 
 def test_one_that_alone_is_not_permitted_does_not_hold_up_the_others(station: Station) -> None:

@@ -5,6 +5,7 @@ import sqlite3
 import threading
 from collections.abc import Sequence
 from contextlib import closing
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from sqlalchemy.exc import DBAPIError
 from bench.eol.line.record_writer import RecordWriter
 from bench.eol.line_statistics import StatisticsRequest, line_statistics
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
+from bench.eol.serial_number import spellings
 from bench.eol.store.database import open_database
 from bench.eol.store.insertion import insert_record
 from bench.eol.store.records import Records
@@ -322,3 +324,32 @@ def test_a_long_batch_sums_up_before_its_end(tmp_path: Path, monkeypatch: pytest
         until.wait(0.05)
     assert stretches(own) == [(1, 5)]
     writer.close()
+
+
+@pytest.mark.parametrize(("serial", "second"), [("Gr\u00fcn-1", 2), ("Gr\u00fcn-1", 1), ("P-1", 1)])
+def test_a_motor_whose_earlier_tests_have_another_spelling_counts_once(
+    tmp_path: Path, serial: str, second: int
+) -> None:
+    engine = open_database(str(tmp_path / "records.sqlite"))
+    records = Records(engine)
+    for number, verdict in enumerate([Verdict.FAIL, Verdict.FAIL, *[Verdict.PASS] * 4], 1):
+        of_it = number if number > 2 else 1
+        records.save(replace(record_of(number, of_it, "B", verdict, 10.0, 11.0), test_number=1 + (number == 2)))
+    # As programs before have kept it.
+    with engine.begin() as connection:
+        for number, spelling in ((1, 1), (2, second)):
+            other = spellings(serial)[spelling]
+            connection.execute(update(MOTOR).where(MOTOR.c.number == number).values(serial_number=other))
+    sum_up(engine)
+    again = replace(record_of(7, 9, "B", Verdict.PASS, 10.0, 11.0), serial_number=spellings(serial)[1], test_number=3)
+    assert records.save(again)
+    assert not records.save(again), "forwarded twice"
+    unsummed = statistics(engine, ["B"], "big")
+    records.save(record_of(8, 8, "B", Verdict.PASS, 10.0, 11.0))
+    assert isinstance(unsummed, dict)
+    assert (unsummed["yields"], unsummed["retested"]) == ([(4, 5), (5, 5)], 1)
+    sum_up(engine)
+    summed = statistics(engine, ["B"], "big")
+    assert isinstance(summed, dict)
+    assert (summed["yields"], summed["retested"]) == ([(5, 6), (6, 6)], 1)
+    engine.dispose()
