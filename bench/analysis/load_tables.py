@@ -16,6 +16,7 @@ from bench.i18n.errors import InputError, at
 from drivers.interfaces.text import Translate, english, text, text_of
 from procedures.core.misfit_text import sentence
 from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.fitting.misfit import Answer, Cause
 from procedures.estimation.flux.capability import largest_torque
 from procedures.estimation.flux.flux_map import GainLimits, MapFigure, MeasuredFluxMap
 from procedures.estimation.flux.inductances import characteristic_current
@@ -74,6 +75,10 @@ def analyze_flux_map(
                                          sentence(withheld).render(translate), "flux-map")  # fmt: skip
             return result
         _of_map(found.map, result, pole_pairs, voltage, current, resistance, translate, table.digits)
+        if any(each.cause is Cause.TORQUE_DIFFERS and each.answer is Answer.SAID for each in found.misfit.findings):
+            # Which torque is meant is not known; the currents and the angle are.
+            for each in details["mtpa"] + details.get("largest_torque", []):
+                each["torque"] = None
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
     result["assumptions"].append(

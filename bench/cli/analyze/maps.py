@@ -291,6 +291,8 @@ def _print_rows(
 
 
 def _cell(value: Any, factor: float) -> str:
+    if value is None:
+        return "–"
     if isinstance(value, str):
         return value
     if isinstance(value, Mapping):

@@ -182,7 +182,7 @@ SENTENCES = {
     ),
     Cause.TORQUE_DIFFERS: text(
         "the torque column is {ratio:.3g} times what the flux linkages give: one half means poles given as pole "
-        "pairs, a negative value a reversed sign; check the units too"
+        "pairs, a negative value a reversed sign; check the units too. No torque is given"
     ),
     Cause.UNEXPLAINED: text(
         "the record differs from the model by more than noise, and none of the known causes explains it: check "

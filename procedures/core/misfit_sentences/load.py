@@ -93,10 +93,17 @@ _SEEN_IN_SIX_STEP_TORQUE = {
         "cannot be more accurate than that"
     ),
 }
+_SEEN_IN_MAP_TORQUE = {
+    Cause.TORQUE_DIFFERS: text(
+        "the torque column is {ratio:.3g} times what the flux linkages give, which neither pole pairs, a sign, a unit nor rms values "
+        "explain: which of the two is wrong is not known. Check the scales of currents, flux linkages and torque"
+    ),
+}
 #: By the `record` that stands among a finding's figures.
 SENTENCES = {
     "rms-both": _SEEN_IN_MAP_TWICE,
     "map-power": _SEEN_IN_MAP_POWER,
+    "map-torque": _SEEN_IN_MAP_TORQUE,
     "short-circuit": _SEEN_IN_SHORT_CIRCUIT,
     "six-step": _SEEN_IN_SIX_STEP,
     "six-step-current": _SEEN_IN_SIX_STEP_CURRENT,

@@ -42,18 +42,23 @@ _ODD, _ODD_SHARE, _NEIGHBOURS = 2.5, 0.03, 14
 _COMPUTED = 2e-4
 #: Or where no row is farther off than rounding to a step of so much of the largest torque.
 _ROUNDED = 0.01
-_RATIO = 0.08
-#: By 95 % of its half-width a limit of error is in an interval; so much more holds what the turn does to a figure.
-_WHOLE_TURN = 1.1
+#: A ratio of torques counts as a factor within this; one that no factor of the torque alone explains is a gain of the flux linkages up to
+#: that share.
+_RATIO, _GAIN = 0.08, 0.25
+#: Factors of the torque alone: poles for pole pairs, and units.
+_OF_TORQUE = (0.5, 1e-3, 1e3)
+#: By 95 % of its half-width a limit of error is in an interval; so much more holds what a known one does to a figure.
+_WHOLE = 1.1
 
 
 @dataclass(frozen=True)
 class PublishedMap:
     """A table as a map, and what was found of it.
 
-    `map` is folded to i_q ≥ 0 where it is symmetric. `turn` (rad) is by what the magnet is off the d axis, `resistance_remainder` (Ω·s)
-    the ΔR/ω that its reciprocity shows; both stand in the table as they were. `torque_ratio` is the torque column over the flux
-    linkages' torque, None without one. `repeated` rows stand at currents that an earlier row has: the map has the means of such.
+    `map` is folded to i_q ≥ 0 where it is symmetric. `turn` (rad) is by what the magnet is off the d axis, `resistance_remainder`
+    (Ω·s) the ΔR/ω that its reciprocity shows; both stand in the table as they were. `torque_ratio` is the torque column over the
+    flux linkages' torque, None without one; gains that it shows are in the map. `repeated` rows stand at currents that an earlier
+    row has: the map has the means of such.
     """
 
     map: MeasuredFluxMap
@@ -115,7 +120,14 @@ def read_map(
     surface = fit_surface(at, values, symmetric=symmetric)
     if sigma is None:
         sigma = np.broadcast_to(np.maximum(_scatter(surface, at, values), noise), values.shape)
-    shared = _shared(gains or GainLimits(), at, values, surface.slopes(at))
+    gains = gains or GainLimits()
+    ratio: float | None = None
+    if torque is not None and pole_pairs is not None:
+        ratio, of_torque = _torque(points, flux, torque, pole_pairs)
+        findings += of_torque
+        if any(each.answer is Answer.WIDENED for each in of_torque):
+            gains = replace(gains, voltage=gains.voltage + _WHOLE * abs(ratio - 1.0))
+    shared = _shared(gains, at, values, surface.slopes(at))
     result = MeasuredFluxMap(at, values, np.diag(sigma.ravel() ** 2), symmetric, shared=shared)
     slopes = surface.slopes(at)
     apart = slopes[:, 0, 1] - slopes[:, 1, 0]
@@ -132,10 +144,6 @@ def read_map(
     if not contradictory and abs(remainder) * result.largest_current > _REMAINDER * scale:
         share = abs(remainder) * result.largest_current / scale
         findings.append(_finding(Cause.RESISTANCE_LEFT, Answer.WIDENED, {"remainder": remainder, "share": share}))
-    ratio = None
-    if torque is not None and pole_pairs is not None:
-        ratio, of_torque = _torque(points, flux, torque, pole_pairs)
-        findings += of_torque
     reciprocity = float(np.sqrt(np.mean(apart**2)))
     return PublishedMap(result, turn, remainder, reciprocity, ratio, Misfit(tuple(findings)), repeated)
 
@@ -348,7 +356,7 @@ def _turned_back(turn: float, at: FloatArray, values: FloatArray, surface: FluxS
     turning = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     # Along the magnet a current of the table's has these parts, and so has its flux linkage.
     along = surface(at @ turning) @ turning.T
-    return np.asarray(_WHOLE_TURN * (along - values).ravel())
+    return np.asarray(_WHOLE * (along - values).ravel())
 
 
 def _step(values: FloatArray) -> float:
@@ -380,5 +388,9 @@ def _torque(points: FloatArray, flux: FloatArray, torque: FloatArray, pole_pairs
         figures: dict[str, float | str] = {"ratio": ratio, "record": "map-power"}
         found.append(_finding(Cause.RMS_FOR_PEAK, Answer.WITHHELD, figures))
     if abs(ratio - 1.0) > _RATIO and not any(each.cause is Cause.RMS_FOR_PEAK for each in found):
-        found.append(_finding(Cause.TORQUE_DIFFERS, Answer.SAID, {"ratio": ratio}))
+        if any(abs(abs(ratio) / factor - 1.0) < _RATIO for factor in (1.0, *_OF_TORQUE)):
+            found.append(_finding(Cause.TORQUE_DIFFERS, Answer.SAID, {"ratio": ratio}))
+        else:
+            answer = Answer.WIDENED if abs(ratio - 1.0) < _GAIN else Answer.WITHHELD
+            found.append(_finding(Cause.TORQUE_DIFFERS, answer, {"ratio": ratio, "record": "map-torque"}))
     return ratio, found

@@ -145,6 +145,26 @@ def test_torque_of_other_pole_pairs_or_sign_is_said(tmp_path: Path, capsys: pyte
         )
         made = analyzed(capsys, 0, flux_map(path, pole_pairs=pairs, json=True))
         assert [row["cause"] for row in made["misfit"]] == ["torque-differs"]
+        assert {row["torque"] for row in made["details"]["mtpa"]} == {None}
+        assert flux_map(path, pole_pairs=pairs, language="en") == 0
+        assert "–" in capsys.readouterr().out.partition("MTPA")[2]
+
+
+@pytest.mark.parametrize(("ratio", "status"), [(1.15, 0), (0.85, 0), (3.0, 1), (-1.2, 1)])
+def test_a_torque_that_no_factor_explains_is_a_gain_of_the_flux_linkages_or_withholds_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], ratio: float, status: int
+) -> None:
+    rows = rows_of()
+    torque = 3.0 * (rows[:, 2] * rows[:, 1] - rows[:, 3] * rows[:, 0])
+    scatter = 1.0 + 0.01 * np.random.default_rng(1).normal(size=torque.size)
+    table = np.column_stack((rows[:, :2], rows[:, 2:] / ratio, torque * scatter))
+    path = written(tmp_path / "gain.csv", table, "id_A,iq_A,psi_d_Vs,psi_q_Vs,torque_Nm")
+    made = analyzed(capsys, status, flux_map(path, pole_pairs=2.0, json=True))
+    assert [row["cause"] for row in made["misfit"]][-1] == "torque-differs"
+    if status == 0:
+        low, high = made["parameters"]["flux_linkage"]["coverage_interval"]
+        true = analyzed(capsys, 0, flux_map(written(tmp_path / "true.csv", rows), json=True))["parameters"]
+        assert low <= true["flux_linkage"]["value"] <= high
 
 
 def test_the_intervals_of_a_turned_map_hold_the_motor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
