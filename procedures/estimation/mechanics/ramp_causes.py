@@ -198,11 +198,11 @@ def periodic(model: RampModel, solved: Solved) -> Periodic | None:
     order = place + 1
     fading = _FADING if row and order < _COGGING and score > _FADES**2 else (1,)
     shapes = []
-    for multiple, power in [*((order, power) for power in fading), (2 * order, 1)]:
+    for multiple, grown in [*((order, grown) for grown in fading), (2 * order, 1)]:
         for k, run in enumerate(model.runs):
             part = model.part(k)
             speed = solved.speeds[part]
-            turning = np.exp(1j * multiple * _angle(run, speed)) * _weights(speed)[row] ** power * noise_of(run)
+            turning = np.exp(1j * multiple * _angle(run, speed)) * _weights(speed)[row] ** grown * noise_of(run)
             for shape in (turning.real, turning.imag):
                 whole = np.zeros(model.measured.size)
                 whole[part] = shape

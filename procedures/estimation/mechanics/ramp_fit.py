@@ -151,11 +151,7 @@ def _finding(cause: Cause, before: RampTrial, after: RampTrial, found: Periodic 
             "speed": float(terms.stribeck.speed),
         }
     elif cause is Cause.FRICTION_DRIFT and terms.drift is not None:
-        half = 0.5 * after.model.top
-        at = 0 if after.model.unit_torque else 1
-        whole = float(values[at : at + 3] @ np.array([1.0, half, half**2]))
-        fall = after.model.amount("drift", values) * (0.5 if terms.drift.top else 1.0)
-        figures = {"share": -fall / whole, "time": terms.drift.end}
+        figures = {"share": after.model.drifted(values), "time": terms.drift.end}
     elif cause is Cause.SPEED_FILTER:
         figures = {"time_constant": float(terms.speed_filter)}
     elif cause is Cause.TORQUE_FILTER:
