@@ -9,7 +9,7 @@ import numpy as np
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit, none_explains
 from procedures.estimation.fitting.noise import undithered
-from procedures.estimation.mechanics.coarse_speed import held_readings
+from procedures.estimation.mechanics.coarse_speed import counted_pulses, held_readings
 from procedures.estimation.mechanics.ramp_causes import (
     Look,
     Periodic,
@@ -108,6 +108,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     scale[shared:] = 1.0
     covariance = covariance * np.outer(scale, scale)
     findings, lost = _windage(best, covariance, shared) + findings, dropouts(runs)
+    findings = counted_pulses(runs, best.model.top) + findings
     if unexplained:
         given = _brakes(best.model, values, covariance)
         unknown = Finding(Cause.UNEXPLAINED, Answer.WIDENED if given else Answer.WITHHELD, score=score)
