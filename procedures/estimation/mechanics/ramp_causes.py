@@ -57,12 +57,16 @@ class Look:
 
 @dataclass(frozen=True)
 class Periodic:
-    """Something that comes again so many times (`order`) a turn, its size `falling` with the speed or growing with it."""
+    """Something that comes again so many times (`order`) a turn, its size `falling` with the speed or growing with it.
+
+    `between` two readings the shaft turns by so much (rad) on average: an order of more than half a period there may be another one.
+    """
 
     order: int
     falling: bool
     score: float
     shapes: tuple[FloatArray, ...]
+    between: float
 
     @property
     def cause(self) -> Cause:
@@ -207,7 +211,8 @@ def periodic(model: RampModel, solved: Solved) -> Periodic | None:
                 whole = np.zeros(model.measured.size)
                 whole[part] = shape
                 shapes.append(whole)
-    return Periodic(order, row == 0, float(np.sqrt(score)), tuple(shapes))
+    turned = sum(float(_angle(run, solved.speeds[model.part(k)])[-1]) for k, run in enumerate(model.runs))
+    return Periodic(order, row == 0, float(np.sqrt(score)), tuple(shapes), abs(turned) / model.measured.size)
 
 
 def _weights(speed: FloatArray) -> tuple[FloatArray, FloatArray]:

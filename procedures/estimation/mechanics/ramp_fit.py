@@ -159,6 +159,8 @@ def _finding(cause: Cause, before: RampTrial, after: RampTrial, found: Periodic 
         figures = {"time_constant": after.model.amount("torque_filter", values)}
     elif found is not None:
         score, figures = found.score, {"order": float(found.order)}
+        if found.between * found.order > math.pi:
+            figures["record"] = "ramp-seldom"
     return Finding(cause, Answer.MODELLED, score=score, figures=figures)
 
 
