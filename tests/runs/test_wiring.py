@@ -235,6 +235,12 @@ def test_a_channel_that_is_set_otherwise_is_not_only_sought_elsewhere(measure, p
     assert said in refused(measure, procedure)
 
 
+@pytest.mark.parametrize("disturbances", [on_channel_1(factor=0.7)])
+def test_channels_that_fit_no_mistake_are_not_blamed_on_the_supply_s_leads(measure):
+    (warning,) = (w for w in measure("back-emf-constant").warnings if w.identifier == "wiring")
+    assert "a probe's factor that is not the one set" in str(warning.message)
+
+
 def test_current_probe_of_a_step(bench, measure):
     bench.world.miswirings.current_probe(4, turned=True)
     assert "channel 4: the current probe's arrow points away" in refused(measure, "dq-inductance-time-constant")
