@@ -111,6 +111,8 @@ Formula = Callable[[VirtualMotor, SixStepDrive | None], float | None]
 _FORMULAS: Mapping[str, Formula] = {
     "back_emf_constant_v_per_krpm": lambda motor, _: 1000.0 * _RPM * motor.back_emf_constant_mechanical,
     "back_emf_constant_v_per_rpm": lambda motor, _: _RPM * motor.back_emf_constant_mechanical,
+    # Sinusoidal currents make torque with the mean of the phases' EMF.
+    "torque_constant": lambda motor, _: motor.torque_constant * sum(_emf_shares(motor)) / 3.0,
     "resistance_unbalance": lambda motor, _: _unbalance(_line_resistances(motor)),
     "phase_order": lambda motor, _: -1.0 if motor.exchanged else 1.0,
     "back_emf_unbalance": lambda motor, _: _emf_shape(motor)[0],

@@ -307,6 +307,21 @@ class DeltaDyn200(Dynamometer):
                 return
             if ramp.stalled(abs(found - speed)):
                 self._drive.check_fault()
+                if step := self._transducer.step_about(latest, speed):
+                    raise MeasurementError(
+                        self._name,
+                        text(
+                            "the speed is read in steps of {step:.4g} rad/s, as few pulses counted over a short time give it, and so "
+                            "{speed:.4g} rad/s is not told from {low:.4g} to {high:.4g} rad/s",
+                            step=step,
+                            speed=speed,
+                            low=min(latest),
+                            high=max(latest),
+                        ),
+                        remedy=text(
+                            "Use a sensor of more pulses a turn, let the transducer count for longer, or command a higher speed"
+                        ),
+                    )
                 self._compare(found, CHANGING)
                 raise MeasurementError(
                     self._name,

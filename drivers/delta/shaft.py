@@ -1,5 +1,6 @@
 """The shaft as the transducer shows it: zeroed torque, speed with a sign, power on a scale that was checked."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -23,6 +24,8 @@ _ZERO_COUNTS, _TARE_READINGS = 3, 10
 SETTLED_READINGS = 3
 #: So many show that a speed is held whose reading ripples, as that of a sensor out of centre does.
 RIPPLING_READINGS = 40
+#: Readings of so few different values, so many counts apart, are steps of the sensor and no ripple.
+_FEW_LEVELS, _COARSE_COUNTS = 5, 10.0
 
 
 @dataclass(frozen=True)
@@ -110,6 +113,20 @@ class Transducer:
             and all(abs(found - wanted) <= tolerance for found in last)
             and abs(sum(last[:half]) - sum(last[half:])) <= agreement * half
         )
+
+    def step_about(self, last: Sequence[float], wanted: float) -> float | None:
+        """Return the step (rad/s) of speeds that are a few whole steps on either side of the one wanted; None where they are none."""
+        levels = sorted(set(last))
+        if (
+            len(last) < RIPPLING_READINGS
+            or not 2 <= len(levels) <= _FEW_LEVELS
+            or not levels[0] <= wanted <= levels[-1]
+        ):
+            return None
+        gaps = [above - below for below, above in itertools.pairwise(levels)]
+        step, count = min(gaps), self.speed_resolution
+        whole = all(abs(gap / step - round(gap / step)) * step <= 2.0 * count for gap in gaps)
+        return step if whole and step > _COARSE_COUNTS * count else None
 
     def zero(self) -> None:
         """Take the present torque as zero: by the sensor, read back, else by subtracting it from now on."""

@@ -41,7 +41,7 @@ PARAMETERS = ParameterTable(
                             true_value="back_emf_constant_v_per_rpm", restates="flux_linkage"),
         ParameterDefinition("torque_constant", "K_t", "N·m/A", text("Torque constant"),
                             "per peak phase ampere, amplitude-invariant, at 25 °C", factor_errors=FactorErrors.TORQUE,
-                            true_value="motor.torque_constant"),
+                            true_value="torque_constant"),
         ParameterDefinition("inertia", "J", "kg·m²", text("Inertia"), "motor alone", controller_uncertainty=0.10,
                             true_value="motor.inertia"),
         ParameterDefinition("inertia_with_load", "J_Σ", "kg·m²", text("Inertia of rotor and load together"),

@@ -76,7 +76,8 @@ def too_uncertain(name: str, value: float, interval: tuple[float, float], unit: 
         return None
     return text(
         "the readings only show that it lies between {low:.3g} and {high:.3g} {unit}, and a figure with an interval wider than "
-        "±{most:.0%} of itself is not given. The other warnings name the likely cause; read more often or longer, or use a larger signal",
+        "±{most:.0%} of itself is not given. If another warning names a cause, remove that; otherwise read more often or longer, or "
+        "use a larger signal",
         low=low,
         high=high,
         unit=unit,

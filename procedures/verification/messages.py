@@ -122,6 +122,17 @@ def mistake(entry: Mapping[str, Any], colours: Colours) -> Text:
                 "defective: test it on the oscilloscope's calibrator",
                 channel=entry["channel"],
             )
+        case "tenth":
+            return text(
+                "channel {channel} shows a tenth of what the others show: the switch on its probe and the factor that is set for "
+                "the channel differ",
+                channel=entry["channel"],
+            )
+        case "channel":
+            return text(
+                "channel {channel} is AC coupled, or its zero, its range or its probe's factor is not as set",
+                channel=entry["channel"],
+            )
         case ProbingFault.REVERSED.value:
             return text("channel {channel}: tip and reference are interchanged", channel=entry["channel"])
         case ProbingFault.TIP.value:

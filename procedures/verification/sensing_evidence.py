@@ -1,12 +1,13 @@
 """Verification by what senses beside a supply: a voltmeter's leads, a voltage probe and a current probe."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import Connect, ConnectVoltmeter, CurrentProbe, Node, Socket, Terminal, VoltageProbe
 from procedures.estimation.fitting.intervals import ANY, Interval, around
 from procedures.estimation.winding.wiring import (
+    Judgement,
     Kind,
     Mistake,
     Observation,
@@ -81,11 +82,19 @@ def judged(
     return Check(
         found.outcome,
         "voltmeter" if sensed.voltage_channel is None else "oscilloscope",
-        records(found, earlier, leads, channels),
+        (*records(found, earlier, leads, channels), *_badly_set(found, channels)),
         {**figures(read), **_sensed_figures(sensed)},
         reason,
         _evidence(read, sensed, expected(connect, reference)),
     )
+
+
+def _badly_set(found: Judgement, channels: tuple[int | None, int | None]) -> Iterator[dict[str, object]]:
+    """Give the records of channels that read wrongly for what is set, and so look like a lead that is elsewhere."""
+    elsewhere = (Kind.VOLTAGE_LEAD, Kind.CURRENT_PROBE)
+    for kind, channel in zip(elsewhere, channels, strict=True):
+        if channel is not None and any(mistake.kind is kind for mistake in found.possible):
+            yield {"kind": "channel", "channel": channel}
 
 
 def compared(lines: Sequence[float], which: int) -> Check:

@@ -2,6 +2,9 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, ConnectProbes, Terminal, VoltageProbe, Wanted
 from procedures.estimation.emf.probed_phases import LEAST_STEPS, Pattern, ProbingFault, fitting, patterns, phasors
@@ -12,6 +15,8 @@ from procedures.verification.verifier import ConnectionVerifier
 
 #: Of the voltage that the plate lets expect, less than this share is none.
 _NONE = 0.03
+#: A channel at about this share of the others, in its own phase, is no silent one: a probe of ten to one on a channel set to one, or so.
+_TENTH, _ABOUT = 0.1, 0.02
 #: The reason of a check that verified the connection and found the phases in the other order.
 SEQUENCE = "sequence"
 
@@ -89,17 +94,28 @@ def _judged(probes: Sequence[VoltageProbe], record: DrivenRecord, expected: floa
         return Check(WiringOutcome.UNEXPLAINED, "oscilloscope", read=sizes, evidence=evidence)
     if best.fault is ProbingFault.NONE:
         return Check(WiringOutcome.VERIFIED, "oscilloscope", read=sizes)
-    finding = (_finding(best, probes),)
+    finding = (_finding(best, probes, seen),)
     if best.fault is ProbingFault.SEQUENCE:
         return Check(WiringOutcome.VERIFIED, "oscilloscope", finding, sizes, SEQUENCE, evidence)
     return Check(WiringOutcome.WRONG, "oscilloscope", finding, sizes, "", evidence)
 
 
-def _finding(pattern: Pattern, probes: Sequence[VoltageProbe]) -> dict[str, object]:
+def _shows_a_tenth(silent: Pattern, seen: NDArray[np.complex128]) -> bool:
+    """Return whether the channel taken for a silent one shows its own phase, at about a tenth of what it should."""
+    right = np.array(next(patterns()).phasors)
+    others = np.array(silent.phasors)
+    size = np.vdot(others, seen) / np.vdot(others, others)
+    at = silent.channel
+    return at is not None and abs(seen[at] / (size * right[at]) - _TENTH) < _ABOUT
+
+
+def _finding(pattern: Pattern, probes: Sequence[VoltageProbe], seen: NDArray[np.complex128]) -> dict[str, object]:
     record: dict[str, object] = {
         "kind": pattern.fault.value,
         "terminals": [tuple(Terminal)[k].value for k in pattern.terminals],
     }
+    if pattern.fault is ProbingFault.SILENT and _shows_a_tenth(pattern, seen):
+        record["kind"] = "tenth"
     if pattern.channel is not None:
         record["channel"] = probes[pattern.channel].channel
     return record

@@ -57,15 +57,7 @@ class ConnectionVerifier:
         if isinstance(connection, Connect):
             self.bench.state.verified = result.outcome is WiringOutcome.VERIFIED
         if result.outcome is WiringOutcome.UNEXPLAINED and result.evidence is not None:
-            self.notice(
-                "wiring",
-                text(
-                    "{evidence}, which no single wiring mistake explains: check clips and contacts. Other causes: leads "
-                    "of more resistance than the setting wiring_leads allows, or a winding much warmer or colder than "
-                    "when its resistance was measured",
-                    evidence=result.evidence,
-                ),
-            )
+            self.notice("wiring", _unexplained(result, result.evidence))
         return result
 
     def lines_to_repeat(self, lines: Mapping[LinePair, Connect], checks: Sequence[Check]) -> tuple[LinePair, ...]:
@@ -107,3 +99,19 @@ class ConnectionVerifier:
         raise WiringError(
             text("the wiring is wrong: {finding}. Correct it and start again", finding=finding), check.possible
         )
+
+
+def _unexplained(check: Check, evidence: Text) -> Text:
+    """Return what to look at where neither the connection as intended nor any one mistake reads so."""
+    if check.by == "oscilloscope" and "voltage" not in check.read:
+        return text(
+            "{evidence}, which no single wiring mistake explains: check clips and contacts. Other causes: a probe's factor that is not "
+            "the one set for its channel, a channel that is AC coupled, or mains hum",
+            evidence=evidence,
+        )
+    return text(
+        "{evidence}, which no single wiring mistake explains: check clips and contacts. Other causes: leads "
+        "of more resistance than the setting wiring_leads allows, or a winding much warmer or colder than "
+        "when its resistance was measured",
+        evidence=evidence,
+    )

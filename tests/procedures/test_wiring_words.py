@@ -37,7 +37,8 @@ def records():
             "channel": pattern.channel,
         }
     yield from (
-        {"kind": kind, "terminals": ["C"], "by": "inverter"} for kind in ("third", "refused", "order", "no voltage")
+        {"kind": kind, "terminals": ["C"], "by": "inverter", "channel": 1}
+        for kind in ("third", "refused", "order", "no voltage", "tenth", "channel")
     )
 
 

@@ -19,7 +19,9 @@ from procedures.core.events import Event
 from procedures.core.nameplate import Nameplate
 from procedures.estimation.fitting.intervals import Interval
 from procedures.verification.verifier import WiringError
-from sim_instruments.bench import VirtualBench
+from sim_instruments.bench import BenchSetting, VirtualBench
+from sim_instruments.disturbances.bench import Disturbances
+from sim_instruments.disturbances.channel import ChannelPath
 from tests.studies.worlds.measured_motor import NoRecord
 
 MOTOR = "lg-400w"
@@ -57,9 +59,14 @@ def motor():
 
 
 @pytest.fixture
-def bench(motor):
-    file = load_motor(motor)
-    with VirtualBench(file.virtual_motor(), seed=2, sockets=False, six_step=file.six_step) as virtual:
+def disturbances():
+    return Disturbances()
+
+
+@pytest.fixture
+def bench(motor, disturbances):
+    file, setting = load_motor(motor), BenchSetting(disturbances=disturbances)
+    with VirtualBench(file.virtual_motor(), setting=setting, seed=2, sockets=False, six_step=file.six_step) as virtual:
         yield virtual
 
 
@@ -108,6 +115,10 @@ def refused(measure, name, **how) -> str:
     with pytest.raises(WiringError) as found:
         measure(name, **how)
     return str(found.value)
+
+
+def on_channel_1(**path: float) -> Disturbances:
+    return Disturbances({1: ChannelPath(**path)})
 
 
 def outcomes(result) -> list[str]:
@@ -211,6 +222,23 @@ def test_voltmeter_on_the_open_terminal_or_nothing(bench, measure):
 def test_voltage_probe_of_a_step(bench, measure, leads, said):
     bench.world.miswirings.voltage_leads(1, *leads)
     assert said in refused(measure, "dq-inductance-time-constant")
+
+
+@pytest.mark.parametrize(
+    ("disturbances", "procedure", "said"),
+    [
+        (on_channel_1(coupling_corner=5.0), "dq-inductance-time-constant", "or channel 1 is AC coupled, or its zero"),
+        (on_channel_1(factor=0.1), "back-emf-constant", "channel 1 shows a tenth of what the others show"),
+    ],
+)
+def test_a_channel_that_is_set_otherwise_is_not_only_sought_elsewhere(measure, procedure, said):
+    assert said in refused(measure, procedure)
+
+
+@pytest.mark.parametrize("disturbances", [on_channel_1(factor=0.7)])
+def test_channels_that_fit_no_mistake_are_not_blamed_on_the_supply_s_leads(measure):
+    (warning,) = (w for w in measure("back-emf-constant").warnings if w.identifier == "wiring")
+    assert "a probe's factor that is not the one set" in str(warning.message)
 
 
 def test_current_probe_of_a_step(bench, measure):

@@ -18,6 +18,19 @@ _SEEN_IN_RAMP = {
         "shorter gate"
     ),
 }
+_SEEN_IN_RAMP_COUNTED = {
+    Cause.TOO_COARSE: text(
+        "the speed is read in steps of {step:.3g} rad/s up to {top:.3g} rad/s, as few pulses counted over a short time give it: use a "
+        "sensor of more pulses a turn, count for longer, or ramp to a higher speed"
+    ),
+}
+#: Of something that comes again more often than the readings follow.
+_SEEN_IN_RAMP_SELDOM = {
+    Cause.COGGING: text(
+        "the speed has a ripple that comes again with the shaft's angle, as cogging or torque ripple causes it; the readings are too far "
+        "apart to tell how often in a turn"
+    ),
+}
 #: Of a record that no term explains: which were tried.
 _SEEN_IN_RAMP_TRIED = {
     Cause.UNEXPLAINED: text(
@@ -70,6 +83,8 @@ _SEEN_IN_TORQUE_CONSTANT_ALONE = {
 SENTENCES = {
     "coast": _SEEN_IN_COAST,
     "ramp": _SEEN_IN_RAMP,
+    "ramp-counted": _SEEN_IN_RAMP_COUNTED,
+    "ramp-seldom": _SEEN_IN_RAMP_SELDOM,
     "ramp-tried": _SEEN_IN_RAMP_TRIED,
     "cogging": _SEEN_IN_COGGING,
     "torque-constant": _SEEN_IN_TORQUE_CONSTANT,

@@ -1,4 +1,4 @@
-"""Detects speed readings that stay constant and then jump, as from a tachometer with few pulses per turn."""
+"""Detects speed readings of few pulses: constant and then a jump, or a few whole steps."""
 
 from collections.abc import Sequence
 
@@ -10,6 +10,8 @@ from procedures.estimation.mechanics.turning import Run
 
 #: From so many readings of one value in a row on a speed stands still between its jumps.
 _STANDS = 3.0
+#: Steps of less than this share of the top speed are not told: their scatter is in the intervals.
+_TOLD = 0.03
 
 
 def held_readings(runs: Sequence[Run], speeds: FloatArray) -> Finding | None:
@@ -37,3 +39,10 @@ def held_readings(runs: Sequence[Run], speeds: FloatArray) -> Finding | None:
         "step": float(np.median(np.abs(steps))),
     }
     return Finding(Cause.TOO_COARSE, Answer.WITHHELD, figures=figures)
+
+
+def counted_pulses(runs: Sequence[Run], top: float) -> list[Finding]:
+    """Return that speeds are a few counted pulses each, where their steps are a good part of the top speed (rad/s)."""
+    step = max(run.counted for run in runs)
+    figures: dict[str, float | str] = {"record": "ramp-counted", "step": step, "top": top}
+    return [Finding(Cause.TOO_COARSE, Answer.MODELLED, figures=figures)] if step > _TOLD * top else []

@@ -28,6 +28,9 @@ _DRIFT_SEEN, _DRIFT_FITTED = (0.3, 3.0), (0.15, 0.5, 1.6, 5.0)
 _ORDERS, _CHANCE = 120, 1e-3
 #: From this order on it is cogging, below it a coupling or an encoder that runs out.
 _COGGING = 4
+#: Powers of the speed that an encoder's run-out is shown with: a mean or a filter of its reading fades and turns it as the shaft is
+#: faster, which shows where the run-out is seen by so many standard deviations.
+_FADING, _FADES = (1, 2, 3), 12.0
 
 
 @dataclass(frozen=True)
@@ -54,12 +57,16 @@ class Look:
 
 @dataclass(frozen=True)
 class Periodic:
-    """Something that comes again so many times (`order`) a turn, its size `falling` with the speed or growing with it."""
+    """Something that comes again so many times (`order`) a turn, its size `falling` with the speed or growing with it.
+
+    `between` two readings the shaft turns by so much (rad) on average: an order of more than half a period there may be another one.
+    """
 
     order: int
     falling: bool
     score: float
     shapes: tuple[FloatArray, ...]
+    between: float
 
     @property
     def cause(self) -> Cause:
@@ -192,17 +199,20 @@ def periodic(model: RampModel, solved: Solved) -> Periodic | None:
     score = float(power[row, place])
     if score <= limit:
         return None
-    order, shapes = place + 1, []
-    for multiple in (order, 2 * order):
+    order = place + 1
+    fading = _FADING if row and order < _COGGING and score > _FADES**2 else (1,)
+    shapes = []
+    for multiple, grown in [*((order, grown) for grown in fading), (2 * order, 1)]:
         for k, run in enumerate(model.runs):
             part = model.part(k)
             speed = solved.speeds[part]
-            turning = np.exp(1j * multiple * _angle(run, speed)) * _weights(speed)[row] * noise_of(run)
+            turning = np.exp(1j * multiple * _angle(run, speed)) * _weights(speed)[row] ** grown * noise_of(run)
             for shape in (turning.real, turning.imag):
                 whole = np.zeros(model.measured.size)
                 whole[part] = shape
                 shapes.append(whole)
-    return Periodic(order, row == 0, float(np.sqrt(score)), tuple(shapes))
+    turned = sum(float(_angle(run, solved.speeds[model.part(k)])[-1]) for k, run in enumerate(model.runs))
+    return Periodic(order, row == 0, float(np.sqrt(score)), tuple(shapes), abs(turned) / model.measured.size)
 
 
 def _weights(speed: FloatArray) -> tuple[FloatArray, FloatArray]:

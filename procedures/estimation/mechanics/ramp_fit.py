@@ -9,7 +9,7 @@ import numpy as np
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit, none_explains
 from procedures.estimation.fitting.noise import undithered
-from procedures.estimation.mechanics.coarse_speed import held_readings
+from procedures.estimation.mechanics.coarse_speed import counted_pulses, held_readings
 from procedures.estimation.mechanics.ramp_causes import (
     Look,
     Periodic,
@@ -108,6 +108,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     scale[shared:] = 1.0
     covariance = covariance * np.outer(scale, scale)
     findings, lost = _windage(best, covariance, shared) + findings, dropouts(runs)
+    findings = counted_pulses(runs, best.model.top) + findings
     if unexplained:
         given = _brakes(best.model, values, covariance)
         unknown = Finding(Cause.UNEXPLAINED, Answer.WIDENED if given else Answer.WITHHELD, score=score)
@@ -151,17 +152,15 @@ def _finding(cause: Cause, before: RampTrial, after: RampTrial, found: Periodic 
             "speed": float(terms.stribeck.speed),
         }
     elif cause is Cause.FRICTION_DRIFT and terms.drift is not None:
-        half = 0.5 * after.model.top
-        at = 0 if after.model.unit_torque else 1
-        whole = float(values[at : at + 3] @ np.array([1.0, half, half**2]))
-        fall = after.model.amount("drift", values) * (0.5 if terms.drift.top else 1.0)
-        figures = {"share": -fall / whole, "time": terms.drift.end}
+        figures = {"share": after.model.drifted(values), "time": terms.drift.end}
     elif cause is Cause.SPEED_FILTER:
         figures = {"time_constant": float(terms.speed_filter)}
     elif cause is Cause.TORQUE_FILTER:
         figures = {"time_constant": after.model.amount("torque_filter", values)}
     elif found is not None:
         score, figures = found.score, {"order": float(found.order)}
+        if found.between * found.order > math.pi:
+            figures["record"] = "ramp-seldom"
     return Finding(cause, Answer.MODELLED, score=score, figures=figures)
 
 

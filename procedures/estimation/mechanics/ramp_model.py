@@ -318,6 +318,14 @@ class RampModel:
         places = {"stribeck": self.stribeck_place, "drift": self.drift_place, "torque_filter": self._torque_filter}
         return float(p[places[term]])
 
+    def drifted(self, p: FloatArray) -> float:
+        """Return by what share of itself friction has grown, at half the top speed, when the ramps end; 0 where none drifts."""
+        if self.terms.drift is None:
+            return 0.0
+        half = 0.5 * self.top
+        whole = float(p[self._shared - 3 : self._shared] @ np.array([1.0, half, half**2]))
+        return -self.amount("drift", p) * (0.5 if self.terms.drift.top else 1.0) / whole
+
     def without(self, solved: Solved, fifth: int) -> tuple["RampModel", FloatArray]:
         """Return the model of the ramps without a fifth of each, and without what is added to their speeds; and where to begin its fit."""
         kept, turned, start = [], [], solved.values[: self._added].copy()

@@ -20,6 +20,8 @@ _REFINED, _CLOSER = 2, 0.3
 #: Terms whose χ² is within so much of the best one's cannot be told from it; none closer to a place of a grid falls by more than so many
 #: times what a parabola through its neighbours does.
 RIVAL, _OFTEN = 12.0, 4.0
+#: No friction drifts by as much as itself while ramps are recorded.
+_MOST_DRIFT = 1.0
 #: A drift that is seen by less (standard deviations) lowers χ² by too little to be tried.
 _SEEN = 2.0
 #: A trial is settled where a last step, which is taken, would move an estimate by a hundredth of its uncertainty, and given up after so
@@ -193,6 +195,8 @@ def _possible(cause: Cause, fitted: RampTrial) -> bool:
         return fitted.model.amount("torque_filter", fitted.solved.values) > 0.0
     if cause is Cause.SPEED_FILTER:
         return fitted.model.lags(fitted.solved)
+    if cause is Cause.FRICTION_DRIFT:
+        return abs(fitted.model.drifted(fitted.solved.values)) < _MOST_DRIFT
     return True
 
 

@@ -19,6 +19,9 @@ _WILD, _WILD_SHARE, _END_SHARE, _NEIGHBOURS = 9.0, 0.01, 0.1, 5
 _STEEP = 2.0
 #: Readings of standstill between readings above this share of the top speed are no standstill.
 _TURNING_SHARE = 0.1
+#: Counted speeds come again so often each, in steps of more than so many digits; in steps of more than this share of the top no ramp is
+#: read.
+_EACH_LEVEL, _MANY_DIGITS, _COARSE = 3.0, 10.0, 0.25
 #: A ramp that lost more than this share of its readings is none.
 _MOST_LOST = 1.0 / 3.0
 
@@ -45,6 +48,7 @@ class Run:
 
     `begin` (s) is where it begins in the ramp; `noise` (rad/s) one speed's, `torque_noise` (N·m) the torque's level's; `varies` where
     the torque is more than a level; `lost` readings of `readings` were left out. Of `repeated` rows the new ones are taken.
+    `counted` (rad/s) is the step of speeds that are a few counted pulses each, 0 where they are none.
     """
 
     begin: float
@@ -61,6 +65,7 @@ class Run:
     speed_filter: float
     torque_filter: float
     repeated: RepeatedRows | None = None
+    counted: float = 0.0
 
 
 def wild(speed: FloatArray, noise: float) -> NDArray[np.bool_]:
@@ -86,6 +91,17 @@ def wild(speed: FloatArray, noise: float) -> NDArray[np.bool_]:
     return np.asarray(off > np.maximum(limit, _STEEP * np.median(climb, axis=0)))
 
 
+def counted_step(speed: FloatArray, digit: float) -> float:
+    """Return the step (rad/s) of speeds (n,) that are a few whole steps of much more than the last digit, as counted pulses are; else 0."""
+    levels = np.unique(speed)
+    gaps = np.diff(levels)
+    if not digit or not 2 <= gaps.size <= speed.size / _EACH_LEVEL:
+        return 0.0
+    step = float(np.median(gaps))
+    whole = np.abs(gaps - step * np.rint(gaps / step)) <= 2.0 * digit
+    return step if step > _MANY_DIGITS * digit and bool(np.all(whole)) else 0.0
+
+
 def turning(ramp: SpeedRamp, number: int) -> Run:
     """Return what turns one way, standstill cut off both ends, wild readings left out. Raises EstimationError where nothing does."""
     time = series(f"time of ramp {number}", ramp.time, least=5)
@@ -101,18 +117,26 @@ def turning(ramp: SpeedRamp, number: int) -> Run:
             repeated=repeated,
         )
     # A speed column of few digits says by itself to what it was rounded.
-    resolution = ramp.speed_resolution or rounded_to(speed)
+    counted = counted_step(speed, ramp.speed_resolution)
+    resolution = counted or ramp.speed_resolution or rounded_to(speed)
     noise = white_noise(speed, resolution)
     kept = ~wild(speed, noise)
     top = float(np.max(np.abs(speed[kept]))) if np.any(kept) else 0.0
+    if counted > _COARSE * top:
+        raise EstimationError(
+            f"the speed of ramp {number} is read in steps of {counted:.3g} rad/s up to {top:.3g} rad/s, as few pulses counted over a "
+            "short time give it; use a sensor of more pulses a turn, count for longer, or ramp to a higher speed"
+        )
     if top == 0 or np.ptp(speed[kept]) <= max(3 * resolution, 1e-9 * top):
         raise EstimationError(f"the speed of ramp {number} does not change; record while it accelerates or coasts")
     sign = float(np.sign(speed[kept][np.argmax(np.abs(speed[kept]))]))
+    possible = kept
     part, kept = _longest(sign * speed, kept, top, noise)
     inside = kept[part]
     if np.count_nonzero(inside) < 5:
         raise EstimationError(f"ramp {number} has fewer than 5 points that turn; sample faster or ramp more slowly")
-    lost = int(inside.size - np.count_nonzero(inside))
+    # Few pulses are now and then none.
+    lost = int(inside.size - np.count_nonzero(possible[part] if counted else inside))
     if lost > _MOST_LOST * inside.size:
         raise EstimationError(
             f"{lost} of the {inside.size} speeds of ramp {number} are zero or outliers; check the speed sensor's cable and threshold"
@@ -128,6 +152,7 @@ def turning(ramp: SpeedRamp, number: int) -> Run:
     return Run(
         begin, time[part][inside] - begin, sign * speed[part][inside], sign * torque.values, sign, noise, torque.noise,
         resolution, torque.varies, lost, int(inside.size), ramp.speed_filter, ramp.torque_filter,
+        counted=counted,
     )  # fmt: skip
 
 

@@ -229,8 +229,9 @@ class VirtualMotor:
 
     @property
     def open_coulomb_friction(self) -> float:
-        """Torque (N·m) that brakes the shaft at any speed while the terminals are open: friction, and the iron's hysteresis."""
-        return self.coulomb_friction + 1.5 * self.pole_pairs * self.iron.hysteresis_loss * self.flux_linkage_y**2
+        """Torque (N·m) that brakes the shaft at any speed while the terminals are open: friction, the mean of what rubs, and hysteresis."""
+        friction = self.coulomb_friction + 0.5 * self.rubbing_torque
+        return friction + 1.5 * self.pole_pairs * self.iron.hysteresis_loss * self.flux_linkage_y**2
 
     @property
     def open_viscous_friction(self) -> float:

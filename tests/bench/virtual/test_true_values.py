@@ -43,3 +43,9 @@ def test_a_motor_that_saturates_has_the_torque_constant_of_the_currents_it_is_me
     assert loaded < 0.95 * at_none
     constant = load_motor("ipmsm").virtual_motor()
     assert true_values(PARAMETERS, constant, None, [-60.0, 60.0]) == true_values(PARAMETERS, constant)
+
+
+def test_windings_of_unlike_emf_make_the_torque_of_their_mean() -> None:
+    motor = load_motor("gimbal").virtual_motor()
+    weak = replace(motor, emf_shares=(1.0, 0.85, 1.0))
+    assert true_values(PARAMETERS, weak)["torque_constant"] == pytest.approx(0.95 * motor.torque_constant)

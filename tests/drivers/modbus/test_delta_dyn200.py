@@ -200,3 +200,16 @@ def test_a_held_speed_whose_reading_ripples_is_settled(dynamometer: DeltaDyn200,
     with dynamometer.driving_speed(100.0):
         assert dynamometer.measure().speed == pytest.approx(100.0, rel=0.011)
     assert units.command == 0x01
+
+
+def test_a_speed_between_two_steps_of_a_coarse_sensor_says_so(dynamometer: DeltaDyn200, units: Units) -> None:
+    units.ripple = 0.5
+    with (
+        pytest.raises(
+            MeasurementError,
+            match=r"in steps of 4\.32\d rad/s.*10 rad/s is not told from 5\.66\d to 14\.3.*more pulses a turn",
+        ),
+        dynamometer.driving_speed(10.0),
+    ):
+        pytest.fail("settled between two steps")
+    assert units.command == 0x01

@@ -1,5 +1,7 @@
 """Inductance readings that stand at an end of the bridge's range while the rotor turns on."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from procedures.estimation.fitting.fit import FloatArray
@@ -12,6 +14,8 @@ _LEAST = 3
 _PARABOLA, _DEVIATIONS = 9.0, 4.0
 #: Readings that scatter about an end stay within so many deviations of the largest; a hand that slows at a crest bends it so much less.
 _SCATTER, _SLOWER = 6.0, 12.0
+#: Readings on crests leave less than this share of their squares beside a parabola each; scatter leaves half and more.
+_ON_CRESTS = 0.2
 
 
 def cut_off(values: FloatArray, resolution: float) -> tuple[Finding, ...]:
@@ -38,11 +42,28 @@ def _flat(risen: FloatArray, near: float, least: float) -> int:
     end = float(np.max(risen))
     at = risen >= end - near
     edges = np.flatnonzero(np.diff(np.concatenate(([0], at.astype(int), [0]))))
+    tops = [(int(b), int(a)) for b, a in zip(edges[::2], edges[1::2], strict=True) if a - b >= _LEAST]
     drops = [
         end - risen[place]
-        for begin, after in zip(edges[::2], edges[1::2], strict=True)
-        if after - begin >= _LEAST
+        for begin, after in tops
         for place in (begin - (after - begin - 1), after - 1 + (after - begin - 1))
         if 0 <= place < risen.size
     ]
-    return int(np.sum(at)) if drops and float(np.median(drops)) > least else 0
+    cut = bool(drops) and float(np.median(drops)) > least and not _curved([risen[b:a] for b, a in tops])
+    return int(np.sum(at)) if cut else 0
+
+
+def _curved(tops: Sequence[FloatArray]) -> bool:
+    """Return whether readings within tops (H) lie on a crest each, where those of a range's end scatter: a hand may slow down there."""
+    whole = left = 0.0
+    for whole_top in tops:
+        # At its ends it bends in any case.
+        top = whole_top[1:-1]
+        if top.size > _LEAST:
+            x = np.linspace(-1.0, 1.0, top.size)
+            crest = np.polyfit(x, top, 2)
+            whole += float(np.sum((top - np.mean(top)) ** 2))
+            left += (
+                float(np.sum((top - np.polyval(crest, x)) ** 2)) if crest[0] < 0.0 else float(np.var(top) * top.size)
+            )
+    return left < _ON_CRESTS * whole

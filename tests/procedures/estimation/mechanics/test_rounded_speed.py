@@ -5,8 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.fitting.noise import rounded_to
-from procedures.estimation.mechanics.inertia import fit_coast_down
+from procedures.estimation.mechanics.inertia import fit_coast_down, fit_ramps
+from procedures.estimation.mechanics.turning import SpeedRamp
 
 RPM = math.pi / 30.0
 
@@ -48,3 +51,27 @@ def test_numbers_that_were_not_rounded_have_none() -> None:
     random = np.random.default_rng(2)
     assert not any(rounded_to(random.normal(0.0, 1.0, int(count))) for count in random.integers(20, 3000, 100))
     assert rounded_to(np.arange(10.0)) == 0.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_few_counted_pulses_are_noise_and_no_dropouts_or_cogging(seed: int) -> None:
+    """60 pulses a turn counted for 20 ms, where the gate falls being chance: 15 steps up to the top speed."""
+    random, digit, step = np.random.default_rng(seed), 0.01 * np.pi / 30.0, 2.0 * np.pi / (60.0 * 0.02)
+    inertia, coulomb, torque, time = 1.2e-4, 0.014, 0.035, 0.006 * np.arange(90)
+
+    def counted(speed: np.ndarray) -> np.ndarray:
+        shown = np.floor(speed / step + random.uniform(size=speed.size)) * step
+        return np.round(shown / digit) * digit
+
+    up = counted((torque - coulomb) / inertia * time)
+    down = counted((torque - coulomb) / inertia * time[-1] - coulomb / inertia * time)
+    fit = fit_ramps([SpeedRamp(time, up, torque, digit), SpeedRamp(time, down, 0.0, digit)])
+    assert {finding.cause for finding in fit.misfit.findings} == {Cause.TOO_COARSE}
+    assert abs(fit.value("inertia") - inertia) < 2.0 * fit.uncertainty("inertia") < 0.2 * inertia
+
+
+def test_pulses_too_few_for_a_ramp_are_named() -> None:
+    time, digit = 0.006 * np.arange(90), 0.001
+    shown = 5.236 * np.floor(0.02 * np.arange(90) + 0.4)
+    with pytest.raises(EstimationError, match=r"in steps of 5\.24 rad/s up to 10\.5 rad/s.*more pulses a turn"):
+        fit_ramps([SpeedRamp(time, shown, 0.1, digit), SpeedRamp(time, shown[::-1], 0.0, digit)])

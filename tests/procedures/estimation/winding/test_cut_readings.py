@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from procedures.estimation.fitting.misfit import Cause
+from procedures.estimation.winding.sweep.cut_readings import cut_off
 from procedures.estimation.winding.sweep.rotor_sweep import axis_inductances, fit_rotor_sweep
 from procedures.estimation.winding.sweep.timed_sweep import fit_timed_sweep
 
@@ -38,3 +39,11 @@ def test_crests_that_steps_make_flat_are_not_cut(step: float, noise: float) -> N
         angle, readings = sweep(step=step, noise=noise, seed=seed)
         found = fit_rotor_sweep(angle, readings, pole_pairs=1, resolution=step).misfit.findings
         assert Cause.CLIPPED not in {finding.cause for finding in found}
+
+
+@pytest.mark.parametrize("slower", [0.2, 0.25, 0.3])
+def test_a_hand_that_slows_at_each_crest_cuts_nothing(slower: float) -> None:
+    turned = np.linspace(0.0, 4.0 * np.pi, 160)
+    angle = turned - slower * np.sin(2.0 * turned) + 0.1 * np.sin(0.4 * turned)
+    readings = 1.0 + 0.07 * np.cos(2.0 * angle) + 1e-5 * np.random.default_rng(2).standard_normal(160)
+    assert not cut_off(readings, 0.0)
