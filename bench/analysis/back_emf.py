@@ -17,7 +17,7 @@ from bench.analysis.time_base import CONFIRMED, judge_frequency, judge_open_time
 from bench.captures import WHOLE, CaptureError, CapturePart, ProbeFactor
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, english, text, text_of
-from procedures.estimation.emf.back_emf import BackEmfFit, line_to_phase
+from procedures.estimation.emf.back_emf import BackEmfFit
 from procedures.estimation.emf.speed_trend import OverSpeeds, over_records
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics.pole_pairs import from_frequency
@@ -87,7 +87,8 @@ def analyze_back_emf(
     refuse_copies([(record.capture.source, record.values) for record in records])
     typed = connection is not None
     connection = connection or by_name(first.names) or "line"
-    factor = line_to_phase(1.0) if connection == "line" else 1.0
+    # Of a fundamental between two lines a phase has a √3-th (§3.4.2).
+    factor = 1.0 / math.sqrt(3.0) if connection == "line" else 1.0
     outcome = AnalysisOutcome("back_emf_constant", "3.4", first.capture, first.applied, translate)
     outcome.assume(PROBES[connection])
     hanging = (_FLUX, *(_MECHANICAL if pole_pairs or speed_rpm is not None else ()))
@@ -244,9 +245,12 @@ def _flux_linkage(
 ) -> UncertainReal:
     """Return the mean flux linkage with the channels' errors; the choice between the two estimators is the drift's."""
     first = records[0]
-    integrated, fitted = first.integrated.mean(), first.fit.mean_flux_linkage()
+    integrated, fitted = first.integrated.mean(), first.fit.flux_linkage
     outcome.detail(
-        flux_linkage_least_squares={"value": factor * fitted[0], "standard_uncertainty": factor * fitted[1]},
+        flux_linkage_least_squares={
+            "value": factor * fitted.value,
+            "standard_uncertainty": factor * fitted.uncertainty,
+        },
         flux_linkage_integrated={"value": factor * integrated[0], "standard_uncertainty": factor * integrated[1]},
     )
     source = _ESTIMATORS[first.speed_changes] if len(records) == 1 else text("{count} speeds", count=len(records))

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from bench.motor.motor_file import MotorFile
 from drivers.interfaces.text import Text, text
 from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.parameters import PARAMETERS
@@ -60,6 +61,14 @@ class _Figures:
 
 
 _EXPECTED = text("type value, [expected] of the motor file")
+
+
+def completed(motor: MotorFile) -> tuple[MotorFile, tuple[str, ...]]:
+    """Return a motor file with a motor to simulate, and the names of the figures that were assumed of it, in order."""
+    if motor.virtual is not None:
+        return motor, ()
+    truth, assumed = assumed_motor(motor.nameplate)
+    return replace(motor, virtual=truth), tuple(sorted(one.name for one in assumed))
 
 
 def assumed_motor(plate: Nameplate) -> tuple[VirtualMotor, tuple[Assumption, ...]]:

@@ -1,7 +1,7 @@
 """A study as it is asked for: type, station and procedures, checked before the first motor."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from bench.distribution.workforce import Workforce
 from bench.eol.defects.check import USUAL_SPREAD
@@ -11,7 +11,7 @@ from bench.files.toml_file import nearest
 from bench.i18n.errors import UsageError
 from bench.motor.motor_file import load_motor
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
-from bench.rehearsal.assumed import assumed_motor
+from bench.rehearsal.assumed import completed
 from bench.rehearsal.counterparts import counterparts_of
 from bench.run.needs import check_needs
 from bench.run.software import software
@@ -58,12 +58,7 @@ def study(request: StudyRequest) -> Studied:
     twin = twin_of(request.station)
     # What cannot stand for an instrument is refused before anything is measured.
     counterparts = counterparts_of(twin) if twin else {}
-    motor = load_motor(request.motor)
-    assumed: tuple[str, ...] = ()
-    if motor.virtual is None:
-        truth, assumptions = assumed_motor(motor.nameplate)
-        motor = replace(motor, virtual=truth)
-        assumed = tuple(sorted(assumption.name for assumption in assumptions))
+    motor, assumed = completed(load_motor(request.motor))
     spread = _spread(request.spread)
     motors = SocketMotors(motor, spread, request.seed, _operator(request.operator, twin))
     work = StationStudy(

@@ -168,7 +168,7 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
         name = self._name
         check_setpoint(name, "voltage", voltage, "V", data.LOWEST_VOLTAGE, self._maximum_voltage, self._owner)
         steps = voltage / data.VOLTAGE_STEP
-        if not math.isclose(steps, round(steps), abs_tol=1e-6):
+        if not math.isclose(steps, round(steps)):
             low = math.floor(steps) * data.VOLTAGE_STEP
             whose = text("the model between its steps of {step:g} V", step=data.VOLTAGE_STEP)
             raise SetpointError(name, "voltage", voltage, "V", low, low, whose)

@@ -209,7 +209,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         # What the bridge is off by is alike in lines that are alike.
         unlike = bridge.error * (max(lines) - min(lines)) / max(lines)
         scatter = math.hypot(_LINE, own, bridge.scatter, unlike)
-        found = contacts_made_anew(bridge.values, lines, scatter, "stator_resistance", suspected=bridge.contacts)
+        found = contacts_made_anew(bridge.values, lines, scatter, suspected=bridge.contacts)
         return found if found.misfit else None
 
     @step("S1/3", "From line to phase: half the mean for a wye, one and a half for a delta; refer to 25 °C")

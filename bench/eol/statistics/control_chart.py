@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 #: Signalled where the level changes for good; Nelson's rules are 1 to 8.
 SHIFT = 9
-#: Moving range of two: mean range over standard deviation (d2), and the range chart's upper factor (D4).
-D2, _D4 = 1.128379167, 3.267
-#: Of the false alarms, the share that points far off may make; the rest is left to shifts.
-_POINTS = 0.7
+#: Moving range of two: mean range over standard deviation (d2).
+D2 = 1.128379167
+#: The share of charts that signal for nothing, and of these the share that points far off may make; the rest is left to shifts.
+_FALSE_ALARMS, _POINTS = 0.01, 0.7
 #: Charts of which the false alarms of named rules are counted: the share is known to ± 2 %.
 _SIMULATED = 2000
 
@@ -28,7 +28,7 @@ class Signal:
 
 @dataclass(frozen=True)
 class Chart:
-    """Centre line, standard deviation by the mean moving range, the control limits of values and of moving ranges, signals.
+    """Centre line, standard deviation by the mean moving range, the control limits, signals.
 
     A point signals beyond `reach` sigma (rule 1), and the last one before the level changes for good (`SHIFT`). `false_alarms` is
     the share of charts of this length, of a process that does not change, on which anything signals: a bound, or for rules that
@@ -40,7 +40,6 @@ class Chart:
     sigma: float
     low: float
     high: float
-    range_high: float
     signals: tuple[Signal, ...]
     reach: float
     false_alarms: float
@@ -51,13 +50,12 @@ def individuals_chart(
     *,
     baseline: int | None = None,
     rules: Sequence[int] = (),
-    false_alarms: float = 0.01,
     normal: bool = True,
     possible: tuple[float, float] = (-math.inf, math.inf),
 ) -> Chart:
     """Return the chart of single values in their order; centre and sigma come from the first `baseline` of them, else all.
 
-    Without `rules`, points far off and a lasting change of level signal, with limits such that at most a share `false_alarms` of
+    Without `rules`, points far off and a lasting change of level signal, with limits such that at most a hundredth of
     charts of this length signals for nothing. Named rules are Nelson's: 1 a point beyond 3 sigma; 2 nine in a row on one side; 3 six in
     a row rising or falling; 4 fourteen in a row up and down in turn; 5 two of three beyond 2 sigma on one side; 6 four of five
     beyond 1 sigma on one side; 7 fifteen in a row within 1 sigma; 8 eight in a row beyond 1 sigma on both sides.
@@ -76,17 +74,17 @@ def individuals_chart(
         reach, alarms = 3.0, simulated_false_alarms(tuple(rules), data.size)
         found = [Signal(int(index), rule) for rule in rules for index in _broken(rule, off, sigma)]
     else:
-        reach, alarms = math.inf, (1.0 - _POINTS) * false_alarms
+        reach, alarms = math.inf, (1.0 - _POINTS) * _FALSE_ALARMS
         if normal:
-            reach, alarms = _reach(data.size, base.size, _POINTS * false_alarms), false_alarms
+            reach, alarms = _reach(data.size, base.size, _POINTS * _FALSE_ALARMS), _FALSE_ALARMS
         far = np.abs(off) > reach * sigma if sigma > 0.0 and normal else np.zeros(data.size, dtype=bool)
         found = [Signal(int(index), 1) for index in np.flatnonzero(far)]
-        found += [Signal(index, SHIFT) for index in _shift(data, (1.0 - _POINTS) * false_alarms)]
+        found += [Signal(index, SHIFT) for index in _shift(data, (1.0 - _POINTS) * _FALSE_ALARMS)]
     signals = sorted(found, key=lambda signal: (signal.index, signal.rule))
     half = reach * sigma if math.isfinite(reach) else math.inf
     low = centre - half if centre - half > possible[0] else -math.inf
     high = centre + half if centre + half < possible[1] else math.inf
-    return Chart(centre, sigma, low, high, _D4 * mean_range, tuple(signals), reach, alarms)
+    return Chart(centre, sigma, low, high, tuple(signals), reach, alarms)
 
 
 @cache

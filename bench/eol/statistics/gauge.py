@@ -29,13 +29,11 @@ class GaugeStudy:
     alpha: float
 
 
-def gauge_study(
-    values: ArrayLike, *, alpha: float = 0.05, confidence: float = 0.95, tolerance: float = math.nan
-) -> GaugeStudy:
+def gauge_study(values: ArrayLike, *, alpha: float = 0.05, confidence: float = 0.95) -> GaugeStudy:
     """Return the study of `values`, shape (appraisers, parts, trials): at least two of each.
 
     Interaction is pooled into repeatability where its p is above `alpha` (AIAG, Measurement Systems Analysis, 4th ed., III B;
-    negative variances count as none). `grr_share` is R&R over total variation, or 6 R&R over a `tolerance`.
+    negative variances count as none). `grr_share` is R&R over total variation.
     The interval of R&R is the modified large-sample one (Burdick, Borror, Montgomery, 2005).
     Raises ValueError for another shape or figures that are none.
     """
@@ -82,7 +80,6 @@ def gauge_study(
     middle = sum(c * m for c, m, _ in terms)
     spread = math.sqrt(grr)
     whole_spread = math.sqrt(total)
-    share = 6.0 * spread / tolerance if tolerance > 0.0 else spread / whole_spread if total > 0.0 else math.nan
     return GaugeStudy(
         repeatability=math.sqrt(ms_error),
         reproducibility=math.sqrt(appraiser + both),
@@ -90,7 +87,7 @@ def gauge_study(
         grr=spread,
         parts=math.sqrt(part),
         total=whole_spread,
-        grr_share=share,
+        grr_share=spread / whole_spread if total > 0.0 else math.nan,
         grr_interval=(math.sqrt(max(0.0, middle - below)), math.sqrt(middle + above)),
         categories=int(math.sqrt(2.0) * math.sqrt(part) / spread) if spread > 0.0 else 0,
         interaction_p=p,

@@ -1,5 +1,7 @@
 """The tables. A motor's test is one row; its figures, checks and waveforms refer to it."""
 
+from typing import Any
+
 from sqlalchemy import (
     Boolean,
     Column,
@@ -73,19 +75,26 @@ SERIAL_CLAIM = Table(
     sqlite_with_rowid=False,
 )
 
+
+def _figure_columns() -> list[Column[Any]]:
+    return [
+        Column("motor", ForeignKey("motor.id", ondelete="CASCADE"), primary_key=True),
+        Column("parameter", String(100), primary_key=True),
+        Column("value", Double),
+        Column("unit", String(30), nullable=False),
+        Column("standard_uncertainty", Double),
+        Column("expanded", Double),
+        Column("low", Double),
+        Column("high", Double),
+        Column("verdict", String(10), nullable=False),
+    ]
+
+
 #: Held together by motor: a record is written in one place. Statistics read the index by value.
 FIGURE = Table(
     "figure",
     METADATA,
-    Column("motor", ForeignKey("motor.id", ondelete="CASCADE"), primary_key=True),
-    Column("parameter", String(100), primary_key=True),
-    Column("value", Double),
-    Column("unit", String(30), nullable=False),
-    Column("standard_uncertainty", Double),
-    Column("expanded", Double),
-    Column("low", Double),
-    Column("high", Double),
-    Column("verdict", String(10), nullable=False),
+    *_figure_columns(),
     #: Moments and histograms come from this index alone, one stretch of values after the other.
     Index("figure_by_value", "parameter", "value", "motor"),
     Index(
@@ -103,15 +112,7 @@ FIGURE = Table(
 FRESH_FIGURE = Table(
     "fresh_figure",
     METADATA,
-    Column("motor", ForeignKey("motor.id", ondelete="CASCADE"), primary_key=True),
-    Column("parameter", String(100), primary_key=True),
-    Column("value", Double),
-    Column("unit", String(30), nullable=False),
-    Column("standard_uncertainty", Double),
-    Column("expanded", Double),
-    Column("low", Double),
-    Column("high", Double),
-    Column("verdict", String(10), nullable=False),
+    *_figure_columns(),
     sqlite_with_rowid=False,
 )
 

@@ -4,9 +4,9 @@ import inspect
 from dataclasses import fields
 from typing import Any
 
-from bench.testing.conformance.session import Trial
+from bench.testing.conformance.session import Trial, plain_readings
 from drivers.interfaces import Identity, MeasurementError, Watching
-from drivers.interfaces.declarations import Effect, declarations
+from drivers.interfaces.declarations import declarations
 
 
 def check_interface(trial: Trial) -> None:
@@ -69,8 +69,6 @@ def check_interface(trial: Trial) -> None:
 
 def _unready(trial: Trial, instrument: Any) -> None:
     remedy = "Raise MeasurementError where nothing was configured yet"
-    for name, declared in declarations(trial.subject.role.interface).items():
-        needed = [one for one in declared.arguments.values() if one is inspect.Parameter.empty]
-        if declared.effect is Effect.READING and not declared.is_property and not needed:
-            with trial.checks.refuses(f"{name}() before configure()", MeasurementError, remedy=remedy):
-                getattr(instrument, name)()
+    for name in plain_readings(trial.subject.role):
+        with trial.checks.refuses(f"{name}() before configure()", MeasurementError, remedy=remedy):
+            getattr(instrument, name)()

@@ -6,18 +6,15 @@ from typing import Any
 import can
 
 from bench.testing.conformance.manual import ProtectionTrip
-from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import OneInstrumentBench
-from drivers.interfaces import InstrumentError
 
 _COMMAND, _HEARTBEAT = 0x000, 0x700
 _SDO_REQUEST, _SDO_REPLY, _ABORT = 0x600, 0x580, b"\x80"
 #: Bits of an SDO's command (CiA 301): a write; the answer holds the object; it says how long the object is.
 _DOWNLOAD, _EXPEDITED, _SIZE_SAID = 0x20, 2, 1
-#: The transmit PDOs' parameters and mappings (CiA 301): the identifier, with a bit that says that it is not valid, and the type.
-_PDO_PARAMETERS, _PDO_MAPPINGS, _PDOS = 0x1800, 0x1A00, range(4)
-_NOT_VALID = 1 << 31
+#: The mappings of the transmit PDOs that are looked at (CiA 301).
+PDO_MAPPINGS, PDOS = 0x1A00, range(4)
 #: States by the command specifier that leads to them and the byte by which a node reports them.
 _STATES = {"pre-operational": (0x80, 0x7F), "stopped": (0x02, 0x04), "operational": (0x01, 0x05)}
 _WORDS = {state: name for name, (_, state) in _STATES.items()}
@@ -92,7 +89,7 @@ class OtherMaster:
         elif message.arbitration_id == _SDO_REQUEST + self._node and message.data[0] & 0xE0 == _DOWNLOAD:
             index, subindex = int.from_bytes(message.data[1:3], "little"), message.data[3]
             entry = int.from_bytes(message.data[4:], "little")
-            if index - _PDO_MAPPINGS in _PDOS and subindex and entry:
+            if index - PDO_MAPPINGS in PDOS and subindex and entry:
                 self.mapped.append((entry >> 16, entry >> 8 & 0xFF, entry & 0xFF))
 
 
@@ -111,53 +108,6 @@ def check_network_management(trial: Trial) -> None:
             return
     for name in _STATES:
         _as_left(trial, name)
-
-
-def check_process_data(trial: Trial) -> None:
-    """Check a CANopen node's transmit PDOs: objects in their own lengths, all put back by `close()`.
-
-    Ones that stop meanwhile are told or done without.
-    """
-    checks = trial.checks
-    with trial.stand() as made:
-        if made.transport != "can":
-            return
-        trial.session.prepare(made)
-        with OtherMaster(made) as other:
-            before = _pdos(other)
-            instrument = made.open()
-            wrong = [
-                f"{index:04X}h {subindex} with {bits} bits instead of {length}"
-                for index, subindex, bits in other.mapped
-                if (length := other.length(index, subindex)) not in (None, bits)
-            ]
-            checks.that("PDOs: each object in its length", not wrong, ", ".join(wrong), "Map it as the manual types it")
-            used = {number: one for number, one in _pdos(other).items() if one != before[number]}
-            for number in used:
-                identifier = int.from_bytes(other.read(_PDO_PARAMETERS + number, 1) or b"", "little") | _NOT_VALID
-                other.write(_PDO_PARAMETERS + number, 1, identifier.to_bytes(4, "little"))
-            during = Checks()
-            with suppress(InstrumentError):
-                trial.session.brief(made, instrument, during)
-            remedy = "Read one by one what is not sent, or tell it"
-            checks.that("PDOs that stop never become a value", not during.wrong, during.wrong, remedy)
-            with suppress(InstrumentError):
-                instrument.make_safe()
-            instrument.close()
-            remedy = "Write back identifier, type and mapping of each PDO that was changed"
-            checks.that("PDOs: put back", _pdos(other) == before, f"{_pdos(other)} instead of {before}", remedy)
-
-
-def _pdos(other: OtherMaster) -> dict[int, tuple[bytes | None, ...]]:
-    """Return parameters and mapping of each transmit PDO: the entries that count."""
-    found: dict[int, tuple[bytes | None, ...]] = {}
-    for number in _PDOS:
-        count = other.read(_PDO_MAPPINGS + number, 0)
-        entries = range(1, 1 + (count[0] if count else 0))
-        parameters = (other.read(_PDO_PARAMETERS + number, subindex) for subindex in (1, 2))
-        mapping = (other.read(_PDO_MAPPINGS + number, subindex) for subindex in entries)
-        found[number] = (*parameters, count, *mapping)
-    return found
 
 
 def taken_out(stand: OneInstrumentBench) -> ProtectionTrip:

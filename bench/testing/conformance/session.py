@@ -1,5 +1,6 @@
 """The use of a role's instruments in the checks, and the trial of one driver in this way."""
 
+import inspect
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
@@ -9,6 +10,7 @@ from typing import Any
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.stand import DriverUnderTest, OneInstrumentBench, stand
 from drivers.interfaces import InstrumentError, Role, Traffic
+from drivers.interfaces.declarations import Effect, declarations
 
 Use = Callable[[OneInstrumentBench, Any, Checks], None]
 Energise = Callable[[OneInstrumentBench, Any], AbstractContextManager[None]]
@@ -40,6 +42,14 @@ def session_of(role: Role) -> CheckSession:
     """Return how instruments of a role are used."""
     result: CheckSession = import_module(f"bench.testing.conformance.roles.{role.value}").SESSION
     return result
+
+
+def plain_readings(role: Role) -> Iterator[str]:
+    """Give the methods of a role that measure and need no argument."""
+    for name, declared in declarations(role.interface).items():
+        needed = inspect.Parameter.empty in declared.arguments.values()
+        if declared.effect is Effect.READING and not declared.is_property and not needed:
+            yield name
 
 
 @dataclass(frozen=True)

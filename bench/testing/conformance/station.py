@@ -7,7 +7,7 @@ from typing import Any
 from bench.testing.conformance.connection import check_port
 from bench.testing.conformance.interface import check_interface
 from bench.testing.conformance.limits import check_limits
-from bench.testing.conformance.network_management import check_process_data
+from bench.testing.conformance.process_data import check_process_data
 from bench.testing.conformance.replies import check_replies
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial

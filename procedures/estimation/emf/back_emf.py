@@ -86,15 +86,6 @@ class BackEmfFit:
         index = self.harmonics.index(1)
         return float(abs(self.amplitudes[channel, index])), float(self.amplitude_uncertainties[channel, index])
 
-    def mean_flux_linkage(self) -> tuple[float, float]:
-        """Return the mean over channels of fundamental ÷ electrical speed (V·s/rad) and its standard uncertainty."""
-        return self.flux_linkage.value, self.flux_linkage.uncertainty
-
-
-def line_to_phase(line: float) -> float:
-    """Return the phase amplitude that belongs to a fundamental measured between two lines: a √3-th (§3.4.2)."""
-    return line / float(np.sqrt(3.0))
-
 
 @dataclass(frozen=True)
 class _Solved:

@@ -10,6 +10,8 @@ from procedures.estimation.fitting.fit import EstimationError, FloatArray
 
 #: A step of the course below this share of its standard uncertainty is the last one.
 _LAST_STEP = 3e-3
+#: A refinement that takes more steps does not converge.
+_ROUNDS = 30
 
 
 @dataclass(frozen=True)
@@ -154,9 +156,7 @@ def _inverse(normal: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size), dtype=np.float64)
 
 
-def fit_harmonics(
-    time: FloatArray, channels: FloatArray, orders: Sequence[int], course: FloatArray, *, iterations: int = 30
-) -> HarmonicModel:
+def fit_harmonics(time: FloatArray, channels: FloatArray, orders: Sequence[int], course: FloatArray) -> HarmonicModel:
     """Fit channels (C, n) from a start `course`; amplitudes are linear, the course is refined by Gauss–Newton.
 
     Channels are weighted by their own residuals. Raises EstimationError where the refinement does not converge.
@@ -168,7 +168,7 @@ def fit_harmonics(
     course = course.astype(np.float64).copy()
     course[0] = 0.0
     least = 1e-24 * np.var(channels, axis=1) + 1e-300
-    for _ in range(iterations):
+    for _ in range(_ROUNDS):
         wave = _Wave.along(shapes, course, numbers)
         design = wave.design
         # Harmonics over a period or more hardly overlap: the normal equations lose nothing, and take a fifth of the time.

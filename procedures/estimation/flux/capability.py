@@ -141,7 +141,7 @@ class _Search:
 
     def _point(self, at: FloatArray, speed: float) -> CapabilityPoint:
         place = at[None, :]
-        flux, surface = self._map.surface(place), self._map.surface
+        flux = self._map.surface(place)
         volts = _voltage(place, flux, speed, self._resistance)[0]
         taken = float(np.hypot(*volts))
         on_voltage, on_current = (
@@ -160,14 +160,12 @@ class _Search:
         value = 1.5 * self._poles * np.array([[at[1], -at[0]]])
         if on_voltage:
             value = value - multipliers[0] * speed * np.array([[volts[1], -volts[0]]]) / taken
-        gradient = np.einsum("kc,kcn->n", value, surface.weights(place))
-        between = float(surface.spread(place, value, np.zeros((1, 2, 2)))[0])
         limit = {
             (True, True): TorqueLimit.CURRENT_AND_VOLTAGE,
             (True, False): TorqueLimit.VOLTAGE,
             (False, True): TorqueLimit.CURRENT,
         }.get((bool(on_voltage), bool(on_current)), TorqueLimit.MAP_EDGE)
-        figure = self._map.figure(torque, gradient, between=between)
+        figure = self._map.figure_at(torque, place, value)
         return CapabilityPoint(
             speed, figure, float(at[0]), float(at[1]), taken, TorqueLimit.MAP_EDGE if on_edge else limit
         )

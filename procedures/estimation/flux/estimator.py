@@ -75,14 +75,13 @@ def estimate_flux_map(
     *,
     gains: GainLimits | None = None,
     wanted: FloatArray | None = None,
-    reference_time: float | None = None,
     symmetric: bool | None = None,
 ) -> FluxMapEstimate:
     """Estimate ψ_d and ψ_q at each location by one weighted least squares of all readings.
 
-    `gains` are the limits of what all readings share; `wanted` (n, 2) the currents (A) that were asked for, at which the map is given;
-    `reference_time` (s) when the magnet is as the map shall show it, the first reading where None. Where the symmetry (ψ_d even, ψ_q odd
-    in i_q) is not stated by `symmetric` it is taken, and given up where readings on both sides contradict it.
+    `gains` are the limits of what all readings share; `wanted` (n, 2) the currents (A) that were asked for, at which the map is given, with
+    the magnet as it was at the first reading. Where the symmetry (ψ_d even, ψ_q odd in i_q) is not stated by
+    `symmetric` it is taken, and given up where readings on both sides contradict it.
     Raises EstimationError where the readings do not determine a map.
     """
     kept = np.ones(readings.time.size, dtype=np.bool_)
@@ -93,10 +92,10 @@ def estimate_flux_map(
         locations = locations_of(taken, symmetric=False, wanted=at)
         first = rough_repeats(taken, locations)
         if first is not None:
-            alone = _estimate(taken.those(first), gains, None if at is None else at[first], reference_time, symmetric)
+            alone = _estimate(taken.those(first), gains, None if at is None else at[first], symmetric)
             found = rough_contradiction(alone.fit, first, taken, locations)
         if first is None or found is None:
-            made = _estimate(taken, gains, at, reference_time, symmetric)
+            made = _estimate(taken, gains, at, symmetric)
             locations = made.fit.locations
             found = contradiction(made.fit, taken)
         if found is None:
@@ -138,7 +137,6 @@ def _estimate(
     readings: FluxReadings,
     gains: GainLimits | None,
     wanted: FloatArray | None,
-    reference_time: float | None,
     symmetric: bool | None,
 ) -> FluxMapEstimate:
     """Return the map of readings that count all."""
@@ -150,7 +148,7 @@ def _estimate(
     fits: dict[bool, MapFit] = {}
 
     def fitted(even: bool, noisy: FluxReadings, *, unsure: bool = False) -> MapFit:
-        return fit_map(noisy, symmetric=even, gains=gains, wanted=wanted, reference_time=reference_time, unsure=unsure)
+        return fit_map(noisy, symmetric=even, gains=gains, wanted=wanted, unsure=unsure)
 
     # Between sessions magnets and gains move readings farther than within one: then what the surface is not known to counts here too.
     several = bool(np.any(readings.session))

@@ -1,5 +1,6 @@
 """A flux map: flux linkages at locations, with what they share of uncertainty apart from what they do not."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -110,6 +111,12 @@ class MeasuredFluxMap:
         sessions = float(np.sqrt(min(max(part, 0.0), noise**2)))
         alone = float(np.sqrt(noise**2 - sessions**2))
         return MapFigure(value, standard, (value - half, value + half), alone, between, shared, sessions)
+
+    def figure_at(self, value: float, at: FloatArray, factors: FloatArray) -> MapFigure:
+        """Return a figure that hangs on the flux linkages at currents (k, 2) by `factors` (k, 2)."""
+        gradient = np.einsum("kc,kcn->n", factors, self.surface.weights(at))
+        between = math.hypot(*self.surface.spread(at, factors, np.zeros((len(at), 2, 2))))
+        return self.figure(value, gradient, between=between)
 
     def torque(self, pole_pairs: float) -> FloatArray:
         """Return the air gap's torque (m,) in N·m at the points: 1.5·p·(ψ_d·i_q − ψ_q·i_d)."""

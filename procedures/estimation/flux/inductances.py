@@ -34,7 +34,7 @@ class MapInductances:
 def inductances_at(measured: MeasuredFluxMap, i_d: float, i_q: float) -> MapInductances:
     """Return the inductances at a current (A), each with its interval."""
     surface, at = measured.surface, np.array([[i_d, i_q], [0.0, 0.0]])
-    flux, weights = surface(at), surface.weights(at)
+    flux = surface(at)
     slopes, slope_weights = surface.slopes(at[:1])[0], surface.slope_weights(at[:1])[0]
     least = _SMALL * measured.largest_current
 
@@ -51,9 +51,7 @@ def inductances_at(measured: MeasuredFluxMap, i_d: float, i_q: float) -> MapIndu
             return None
         factors = np.zeros((2, 2))
         factors[:, axis] = 1.0 / current, (-1.0 / current if axis == 0 else 0.0)
-        gradient = np.einsum("kc,kcn->n", factors, weights)
-        between = float(np.hypot(*surface.spread(at, factors, np.zeros((2, 2, 2)))))
-        return measured.figure(float(np.sum(factors * flux)), gradient, between=between)
+        return measured.figure_at(float(np.sum(factors * flux)), at, factors)
 
     return MapInductances(
         i_d, i_q, apparent(0, i_d), apparent(1, i_q), differential(0, 0), differential(0, 1), differential(1, 0),
@@ -121,10 +119,7 @@ def characteristic_current(measured: MeasuredFluxMap) -> MapFigure | None:
     crossing = float(i_d[k] - flux[k] * (i_d[k + 1] - i_d[k]) / (flux[k + 1] - flux[k]))
     at = np.array([[crossing, 0.0]])
     slope = float(measured.surface.slopes(at)[0, 0, 0])
-    value = np.array([[1.0 / slope, 0.0]])
-    gradient = np.einsum("kc,kcn->n", value, measured.surface.weights(at))
-    between = float(measured.surface.spread(at, value, np.zeros((1, 2, 2)))[0])
-    return measured.figure(-crossing, gradient, between=between)
+    return measured.figure_at(-crossing, at, np.array([[1.0 / slope, 0.0]]))
 
 
 def reciprocity(measured: MeasuredFluxMap, at: FloatArray) -> FloatArray:

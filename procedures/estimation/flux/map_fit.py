@@ -51,7 +51,7 @@ class MapFit:
 
     `angle` (rad) is what the inverter's zero lies behind the magnet, `delay` (s) that of the voltages against the currents, `followed` the
     share of what was read beside the asked current that the voltages follow, the rest being its sensors' noise; `resistance`
-    (n,) in Ω and `magnet_change` (n,) in V·s are at the readings' times, with standard uncertainties. `residuals` (2n,) are whitened,
+    (n,) in Ω, with its standard uncertainty, and `magnet_change` (n,) in V·s are at the readings' times. `residuals` (2n,) are whitened,
     their squares are `cost`. `angle` is that of the first session; `sessions` tell each, where there are several, and
     `apart` (k, 2) by how much ψ at currents that were read again is other there, where it was left free.
     """
@@ -65,7 +65,6 @@ class MapFit:
     resistance: FloatArray
     resistance_uncertainty: FloatArray
     magnet_change: FloatArray
-    magnet_change_uncertainty: FloatArray
     residuals: FloatArray
     cost: float
     degrees_of_freedom: int
@@ -84,7 +83,6 @@ def fit_map(
     symmetric: bool,
     gains: GainLimits | None = None,
     wanted: FloatArray | None = None,
-    reference_time: float | None = None,
     unsure: bool = True,
     apart: bool = False,
 ) -> MapFit:
@@ -95,7 +93,7 @@ def fit_map(
     determine the map.
     """
     locations = locations_of(readings, symmetric=symmetric, wanted=wanted)
-    reference = float(np.min(readings.time[readings.session == 0])) if reference_time is None else reference_time
+    reference = float(np.min(readings.time[readings.session == 0]))
     model = ReadingModel(readings, locations, symmetric=symmetric, reference_time=reference, gains=gains, apart=apart)
     scale = float(np.max(np.abs(readings.voltage) / np.abs(readings.electrical_speed)))
     reached = _round(readings, model, model.start(), None, scale, unsure=unsure)
@@ -217,10 +215,10 @@ def _result(
         )
         for number, own in enumerate(sessions)
     ]
-    resistance, magnet = series(model.resistance(), layout.resistance), series(model.magnet(), layout.magnet)
+    resistance, magnet = series(model.resistance(), layout.resistance), series(model.magnet(), layout.magnet)[0]
     return MapFit(
         estimate, model.locations, surface, common(layout.angle), common(layout.delay),
-        common(layout.followed), *resistance, *magnet,
+        common(layout.followed), *resistance, magnet,
         residuals, cost, freedom, told if len(sessions) > 1 else (), unknowns[layout.apart].reshape(-1, 2),
     )  # fmt: skip
 

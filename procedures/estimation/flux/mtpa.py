@@ -53,9 +53,7 @@ def torque_figure(measured: MeasuredFluxMap, i_d: float, i_q: float, pole_pairs:
     """Return the torque (N·m) at a current (A) with its interval."""
     at = np.array([[i_d, i_q]])
     value = 1.5 * pole_pairs * np.array([[i_q, -i_d]])
-    gradient = np.einsum("kc,kcn->n", value, measured.surface.weights(at))
-    between = float(measured.surface.spread(at, value, np.zeros((1, 2, 2)))[0])
-    return measured.figure(float(torque_at(measured, at, pole_pairs)[0]), gradient, between=between)
+    return measured.figure_at(float(torque_at(measured, at, pole_pairs)[0]), at, value)
 
 
 def _at(measured: MeasuredFluxMap, current: float, pole_pairs: float) -> MtpaPoint:

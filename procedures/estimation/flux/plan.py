@@ -85,7 +85,7 @@ def grid_locations(
     return np.asarray(best[order])
 
 
-def anchors(points: FloatArray, count: int = ANCHORS) -> NDArray[np.intp]:
+def anchors(points: FloatArray, count: int) -> NDArray[np.intp]:
     """Return which locations are read in all four quadrants: far from each other, the smallest and the largest current among them.
 
     At the smallest, dead time and drops still grow with the current, and no other location shows them there.
@@ -101,9 +101,7 @@ def anchors(points: FloatArray, count: int = ANCHORS) -> NDArray[np.intp]:
     return np.array(list(dict.fromkeys(chosen)))
 
 
-def reading_order(
-    points: FloatArray, random: np.random.Generator, *, block: int = BETWEEN_ZEROS, count: int = ANCHORS
-) -> Sequence[PlannedReading]:
+def reading_order(points: FloatArray, random: np.random.Generator) -> Sequence[PlannedReading]:
     """Return the readings of a map: each location once, the sign of i_q alternating, anchors in all four quadrants, the ends and the
     middle of the d axis at both speeds.
 
@@ -112,7 +110,7 @@ def reading_order(
     """
     sides = (1, -1) if np.all(points[:, 1] >= 0.0) else (1,)
     moving = [k for k in random.permutation(len(points)) if np.any(points[k])]
-    chosen = [k for k in anchors(points, 2 * count // len(sides)) if k in moving]
+    chosen = [k for k in anchors(points, 2 * ANCHORS // len(sides)) if k in moving]
     # Nothing stands for a current's mirror image where both sides are read: more is read at both speeds, for R is known by that alone.
     both_ways = _of_d_axis(points) if len(sides) > 1 else np.flatnonzero((points[:, 1] == 0.0) & (points[:, 0] != 0.0))
     single: dict[int, list[PlannedReading]] = {1: [], -1: []}
@@ -130,12 +128,10 @@ def reading_order(
             direction = 1 if len(single[1]) <= len(single[-1]) else -1
             single[direction].append(PlannedReading(i_d, sides[flip] * i_q, direction))
             flip = (flip + 1) % len(sides)
-    return _in_blocks(single, repeated, random, block)
+    return _in_blocks(single, repeated, random)
 
 
-def other_sides(
-    planned: Sequence[PlannedReading], random: np.random.Generator, *, block: int = BETWEEN_ZEROS
-) -> Sequence[PlannedReading]:
+def other_sides(planned: Sequence[PlannedReading], random: np.random.Generator) -> Sequence[PlannedReading]:
     """Return what a plan for a symmetric motor lacks where the motor is not: the other sign of i_q, at the other speed, of each current
     that was read at one only, and those on the d axis at the other speed, in the order and with the readings at zero current that
     `reading_order` has. Empty where nothing lacks.
@@ -146,12 +142,10 @@ def other_sides(
     for each in planned:
         if (each.i_d, -each.i_q) not in read or (each.i_q == 0.0 and (each.i_d, -each.direction) not in on_axis):
             single[-each.direction].append(PlannedReading(each.i_d, -each.i_q, -each.direction))
-    return _in_blocks(single, {1: [], -1: []}, random, block) if single[1] or single[-1] else []
+    return _in_blocks(single, {1: [], -1: []}, random) if single[1] or single[-1] else []
 
 
-def further_readings(
-    points: FloatArray, random: np.random.Generator, *, both_sides: bool, block: int = BETWEEN_ZEROS
-) -> Sequence[PlannedReading]:
+def further_readings(points: FloatArray, random: np.random.Generator, *, both_sides: bool) -> Sequence[PlannedReading]:
     """Return the readings of further locations (m, 2), i_q > 0: each once, the signs of i_q and of the speed alternating, or with
     `both_sides` at either sign of i_q, in the order that `reading_order` has. Empty where there are none.
 
@@ -168,7 +162,7 @@ def further_readings(
             single[-direction].append(PlannedReading(i_d, -direction * i_q, -direction))
         if number in largest:
             repeated[-direction].append(PlannedReading(i_d, direction * i_q, -direction))
-    return _in_blocks(single, repeated, random, block) if len(points) else []
+    return _in_blocks(single, repeated, random) if len(points) else []
 
 
 def remaining(
@@ -177,7 +171,6 @@ def remaining(
     random: np.random.Generator,
     *,
     tie: bool = True,
-    block: int = BETWEEN_ZEROS,
 ) -> Sequence[PlannedReading]:
     """Return what of a plan is left where a part of it was read, in the order that `reading_order` has. Empty where nothing is.
 
@@ -198,22 +191,21 @@ def remaining(
     repeated: dict[int, list[PlannedReading]] = {1: [], -1: []}
     if loaded and tie:
         points = np.array([(each.i_d, each.i_q) for each in loaded])
-        chosen = anchors(points, _TIES + most // block)
+        chosen = anchors(points, _TIES + most // BETWEEN_ZEROS)
         for place in chosen if chosen.size else [int(np.argmax(np.abs(points[:, 0])))]:
             for direction in (1, -1):
                 repeated[direction].append(PlannedReading(float(points[place, 0]), float(points[place, 1]), direction))
-    return _in_blocks(single, repeated, random, block)
+    return _in_blocks(single, repeated, random)
 
 
 def _in_blocks(
     single: Mapping[int, list[PlannedReading]],
     repeated: Mapping[int, list[PlannedReading]],
     random: np.random.Generator,
-    block: int,
 ) -> Sequence[PlannedReading]:
     """Return the readings at either speed in blocks that begin at zero current."""
     blocks = {}
-    number = -(-max(len(single[way]) + len(repeated[way]) for way in (1, -1)) // block)
+    number = -(-max(len(single[way]) + len(repeated[way]) for way in (1, -1)) // BETWEEN_ZEROS)
     for way in (1, -1):
         random.shuffle(repeated[way])
         # Repeated readings are spread over the blocks first, so that each has some and the resistance is known throughout.

@@ -121,15 +121,13 @@ class Locations:
         return np.asarray(at[:, 0] + 1j * np.where(self.mirrored, -at[:, 1], at[:, 1]))
 
 
-def locations_of(
-    readings: FluxReadings, *, symmetric: bool, wanted: FloatArray | None = None, tolerance: float = _ONE_LOCATION
-) -> Locations:
-    """Return the locations of readings: those within `tolerance` of the largest current are one, and where `symmetric` their mirror
+def locations_of(readings: FluxReadings, *, symmetric: bool, wanted: FloatArray | None = None) -> Locations:
+    """Return the locations of readings: those within a hundredth of the largest current are one, and where `symmetric` their mirror
     images at −i_q too.
 
     `wanted` (n, 2) are the currents (A) that were asked for, at which the map is then given; without it, at the mean that was read.
     """
-    near = tolerance * readings.largest_current
+    near = _ONE_LOCATION * readings.largest_current
     asked = np.column_stack((readings.i_d, readings.i_q)) if wanted is None else np.asarray(wanted, dtype=np.float64)
     mirrored = (asked[:, 1] < -near) if symmetric else np.zeros(len(asked), dtype=bool)
     folded = np.column_stack((asked[:, 0], np.where(mirrored, -asked[:, 1], asked[:, 1])))

@@ -66,7 +66,7 @@ class ShortCircuitFit:
     `resistance_by_current` is that of the currents alone, `resistance_by_torque` that of a torque which the resistance alone makes;
     `resistance` is that of currents and torques together, with saturation, iron loss, friction and a `drop` (V, peak) beside
     it. Torque's figures are None where no torque was read, those that need λ where it is not
-    known. `peak_speed` is electrical, rad/s.
+    known.
     """
 
     limit_current: MapFigure
@@ -76,16 +76,8 @@ class ShortCircuitFit:
     resistance_by_torque: MapFigure | None
     resistance: MapFigure | None
     drop: MapFigure | None
-    peak_speed: float | None
-    peak_torque: float | None
     current_residual: float
     misfit: Misfit
-
-
-def peak_ratio(saliency: float) -> float:
-    """Return x of the speed x·R/√(L_d·L_q) at which the braking torque is largest, for ξ = L_q/L_d: 1, 1.33, 1.54 for 1, 2, 4."""
-    root = math.sqrt((3.0 * saliency - 3.0) ** 2 + 4.0 * saliency)
-    return math.sqrt((3.0 * saliency - 3.0 + root) / (2.0 * saliency))
 
 
 def fit_short_circuit(
@@ -163,12 +155,10 @@ def fit_short_circuit(
         )
     limit = shared.figure(LIMIT, best.limit, 1.0, best)
     chord = q_axis = currents = None
-    peak: tuple[float, float] | None = None
     if with_flux:
         chord = shared.figure(INDUCTANCE, -best.limit, lam, best)
         q_axis = shared.figure(Q_INDUCTANCE, best.q_axis, lam, best)
         currents = shared.figure(RESISTANCE, alone.resistance, 1.0, alone)
-        peak = _peak(plain, best, lam, pole_pairs)
     residual = math.sqrt(solution.cost / speed.size)
     return ShortCircuitFit(
         limit,
@@ -178,20 +168,9 @@ def fit_short_circuit(
         by_torque,
         joint,
         drop,
-        peak and peak[0],
-        peak and peak[1],
         residual,
         Misfit(tuple(misfit)),
     )
-
-
-def _peak(plain: "_Plain", best: CurrentSamples, flux: float, pole_pairs: float) -> tuple[float, float]:
-    """Return electrical speed (rad/s) and torque (N·m) of the largest braking torque."""
-    limit, l_q, r = (math.exp(float(np.median(each))) for each in (best.limit, best.q_axis, best.resistance))
-    l_d, l_q = flux / limit, flux * l_q
-    at = peak_ratio(l_q / l_d) * r / math.sqrt(l_d * l_q)
-    amplitude = float(plain.current(np.array([at]), np.log([limit, l_q, r]))[0])
-    return at, 1.5 * r * amplitude**2 * pole_pairs / at
 
 
 class _Plain:

@@ -12,6 +12,8 @@ from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 from procedures.estimation.mechanics.cogging_causes import blurred, examine
 from procedures.estimation.mechanics.cogging_spectrum import Orders, Turn, peak_to_peak, standing
 
+#: Orders up to this one are looked at.
+_HIGHEST_ORDER = 400
 #: At most so many orders of all that the readings could show are looked at: the rest tells the noise.
 _SHARE = 0.3
 #: Of a known order so many multiples are looked at, and what drifts over a part of a turn is a polynomial of this degree and so many
@@ -51,7 +53,6 @@ def fit_cogging(
     time: ArrayLike | None = None,
     order: int | None = None,
     lowest_order: int = 6,
-    highest_order: int = 400,
     resolution: float = 0.0,
     torque_filter: float = 0.0,
 ) -> Cogging:
@@ -67,7 +68,7 @@ def fit_cogging(
     times = None if time is None else series("time", time, least=16)
     turns = abs(float(theta[-1] - theta[0])) * theta.size / (theta.size - 1) / (2.0 * math.pi)
     orders = (
-        _whole(turns, theta.size, lowest_order, highest_order)
+        _whole(turns, theta.size, lowest_order, _HIGHEST_ORDER)
         if order is None
         else _known(turns, theta.size, int(positive("order", order, "")))
     )

@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike
 from procedures.estimation.fitting.checks import positive, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 
+#: Marks coincide from this length of their mean phasor on; no motor has more pole pairs.
+_COINCIDE, _MOST = 0.75, 60
+
 
 class PositionCount(NamedTuple):
     """Pole pairs, and how well the marks fit them: 1 when evenly spaced, about 0 for chance."""
@@ -49,22 +52,22 @@ def _distinct(angles: FloatArray) -> int:
     return int(np.sum(gaps > 0.35 * float(np.max(gaps)) / 2)) or 1
 
 
-def from_angles(angles: ArrayLike, *, threshold: float = 0.75, largest: int = 60) -> PositionCount:
+def from_angles(angles: ArrayLike) -> PositionCount:
     """Return the smallest p at which the marks (rad, mechanical, over one or more full turns) coincide modulo 2π/p.
 
     A missed or doubled mark does not change the result (with three or more positions a turn). Raises
-    EstimationError where no p up to the number of marks makes |mean exp(j·p·θ)| reach `threshold`.
+    EstimationError where no p up to the number of marks makes |mean exp(j·p·θ)| reach 0.75.
     """
     marks = series("marked angles", angles)
-    most = min(largest, _distinct(marks) + max(1, marks.size // 4))
+    most = min(_MOST, _distinct(marks) + max(1, marks.size // 4))
     candidates = np.arange(1, most + 1)
     concentration = np.abs(np.mean(np.exp(1j * np.outer(candidates, marks)), axis=1))
-    high = np.flatnonzero(concentration >= threshold)
+    high = np.flatnonzero(concentration >= _COINCIDE)
     if not high.size:
         best = int(np.argmax(concentration))
         raise EstimationError(
             f"the {marks.size} marked positions are not evenly spaced round the turn (best p = {candidates[best]}, "
-            f"concentration {concentration[best]:.2f}, {threshold:.2f} needed; the widest gap is "
+            f"concentration {concentration[best]:.2f}, {_COINCIDE:.2f} needed; the widest gap is "
             f"{math.degrees(float(_gaps(marks).max())):.0f}°); mark all stable positions of one full turn again, with more "
             "current (current_share) where friction holds the shaft between them"
         )

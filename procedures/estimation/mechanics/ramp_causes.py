@@ -224,11 +224,11 @@ def _angle(run: Run, speed: FloatArray) -> FloatArray:
     return np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.time)))
 
 
-def scatter_of_parts(model: RampModel, solved: Solved, parts: int = 5) -> float:
-    """Return how probable it is by chance that the residuals' sums over parts of each ramp are as large."""
+def scatter_of_parts(model: RampModel, solved: Solved) -> float:
+    """Return how probable it is by chance that the residuals' sums over fifths of each ramp are as large."""
     rows = []
     for k in range(len(model.runs)):
-        for places in np.array_split(np.arange(model.edges[k], model.edges[k + 1]), parts):
+        for places in np.array_split(np.arange(model.edges[k], model.edges[k + 1]), 5):
             row = np.zeros(solved.residuals.size)
             row[places] = 1.0 / np.sqrt(max(places.size, 1))
             rows.append(row)

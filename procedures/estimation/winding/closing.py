@@ -157,7 +157,7 @@ def unsettled(again: Sequence[ReadAgain], parameter: str) -> Unsettled:
 
 
 def contacts_made_anew(
-    before: Sequence[float], now: Sequence[float], scatter: float, parameter: str, *, suspected: bool = False
+    before: Sequence[float], now: Sequence[float], scatter: float, *, suspected: bool = False
 ) -> Unsettled:
     """Return what three lines read by two instruments (Ω, of AB, BC and CA each) show of contacts that were made anew in between.
 
@@ -176,4 +176,4 @@ def contacts_made_anew(
     figures: dict[str, float | str] = {"record": "lines", "apart": float(np.ptp(left)), "excess": excess}
     answer = Answer.WITHHELD if excess > _MOST else Answer.WIDENED
     score = min(seen / max(scatter, 1e-9), 40.0)
-    return Unsettled(Misfit((Finding(Cause.CONTACT, answer, (parameter,), score, figures),)), excess)
+    return Unsettled(Misfit((Finding(Cause.CONTACT, answer, ("stator_resistance",), score, figures),)), excess)

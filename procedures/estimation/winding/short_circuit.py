@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from procedures.estimation.fitting.checks import positive, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.fitting.nonlinear import solve
-from procedures.estimation.flux.short_circuit import peak_ratio
 
 RESISTANCE, D_INDUCTANCE, SALIENCY = "resistance", "d_axis_inductance", "saliency"
 _NAMES = (RESISTANCE, D_INDUCTANCE, SALIENCY)
@@ -44,8 +43,10 @@ def d_axis_current(speed: ArrayLike, resistance: float, ld: float, lq: float, fl
 
 
 def peak_speed(resistance: float, ld: float, lq: float) -> float:
-    """Return the electrical speed (rad/s) at which the braking torque is largest."""
-    return peak_ratio(lq / ld) * resistance / math.sqrt(ld * lq)
+    """Return the electrical speed (rad/s) at which the braking torque is largest: x·R/√(L_d·L_q), x = 1, 1.33 for L_q/L_d = 1, 2."""
+    saliency = lq / ld
+    root = math.sqrt((3.0 * saliency - 3.0) ** 2 + 4.0 * saliency)
+    return math.sqrt((3.0 * saliency - 3.0 + root) / (2.0 * saliency)) * resistance / math.sqrt(ld * lq)
 
 
 def fit_currents(

@@ -1,7 +1,6 @@
 """Inverter with the CiA 402 drive profile."""
 
 import math
-from collections.abc import Callable
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar
 
@@ -10,7 +9,6 @@ import numpy as np
 from sim_instruments.found_state import drawn
 from sim_instruments.instruments.cia402.power import (
     ACTUAL_VELOCITY,
-    CONTROL_WORD,
     DC_VOLTAGE,
     MODE,
     OUT_OF_RANGE,
@@ -18,9 +16,8 @@ from sim_instruments.instruments.cia402.power import (
     SI_UNIT_VELOCITY,
     DriveState,
     ObjectEntry,
-    PowerStage,
+    PoweredDrive,
     SdoError,
-    check_limits,
     counts_per_hertz,
     standard_entries,
 )
@@ -51,7 +48,7 @@ _TARGET_REACHED, _INTERNAL_LIMIT = 0x0400, 0x0800
 _FAULT_CODE = 0xFF00
 
 
-class Cia402Inverter:
+class Cia402Inverter(PoweredDrive):
     """Simulated side of the inverter.
 
     Velocity in the unit of 60A9h (turns a minute by a power of ten; 0.001 rpm as it comes), set up with one pole pair; torque
@@ -72,11 +69,9 @@ class Cia402Inverter:
     ) -> None:
         if not rated_current > 0.0:
             raise ValueError(f"rated_current {rated_current} A must be positive")
-        self._world = world
+        super().__init__(world, self.modes)
         self._errors = errors or InverterErrors()
         self._rated_current = rated_current
-        self._power = PowerStage(self.modes)
-        self._powered = False
         self._velocity = 0
         self._torque = 0
         self._amplitude = 0
@@ -91,14 +86,9 @@ class Cia402Inverter:
             MAX_CURRENT: min(0xFFFF, self._per_mille(stage.maximum_current)),
             MAX_PROFILE_VELOCITY: math.floor(stage.maximum_frequency * self._unit.counts),
         }
-        self._limits: dict[int, tuple[int, int]] = {
-            CONTROL_WORD: (0, 0xFFFF),
-            TARGET_TORQUE: (-self._per_mille(stage.maximum_current), self._per_mille(stage.maximum_current)),
-            self._field.key: (0, math.floor(stage.maximum_current / self._scale / self._field.scale)),
-        }
         # The drive regulates what its own sensor shows, so it reports what it was told.
         seen = 1.0 + self._errors.current_gain
-        self._readers: dict[int, Callable[[], int]] = {
+        self._readers = {
             **self._power.readers(self._status),
             TARGET_VELOCITY: lambda: self._velocity,
             TARGET_TORQUE: lambda: self._torque,
@@ -151,40 +141,30 @@ class Cia402Inverter:
             self.write(index, value)
         return tuple(f"{index:04X}h = {value:X}h" for index, value in objects.items())
 
-    def on_emergency(self, report: Callable[[int, int], None]) -> None:
-        """Tell `report` the error code and error register of each fault, and zeroes of its reset."""
-        self._power.report = report
+    def _limits(self) -> dict[int, tuple[int, int]]:
+        fastest, stage = self._maximum[MAX_PROFILE_VELOCITY], self._world.inverter.stage
+        torque = self._per_mille(stage.maximum_current)
+        return {
+            **super()._limits(),
+            TARGET_VELOCITY: (-fastest, fastest),
+            TARGET_TORQUE: (-torque, torque),
+            self._field.key: (0, math.floor(stage.maximum_current / self._scale / self._field.scale)),
+        }
 
-    def read(self, index: int) -> int | None:
-        """Return the value of an object that changes, None for others."""
-        with self._world.lock:
-            self._check_fault()
-            reader = self._readers.get(index)
-            return None if reader is None else reader()
-
-    def write(self, index: int, value: int) -> None:
-        """Write an object. Raises SdoError where the value or the state does not allow it."""
-        highest = self._maximum[MAX_PROFILE_VELOCITY]
-        check_limits(index, value, {**self._limits, TARGET_VELOCITY: (-highest, highest)})
-        with self._world.lock:
-            self._check_fault()
-            if index == CONTROL_WORD:
-                self._power.command(value)
-            elif index == MODE:
-                self._power.set_mode(value)
-            elif index == TARGET_VELOCITY:
-                self._velocity = value
-            elif index == TARGET_TORQUE:
-                self._torque = value
-            elif index == self._field.key:
-                self._amplitude = value
-            elif index == POLARITY:
-                self._polarity = value
-            elif index == SI_UNIT_VELOCITY:
-                self._set_unit(value)
-            elif index in self._maximum:
-                self._maximum[index] = value
-            self._apply()
+    def _set(self, index: int, value: int) -> None:
+        super()._set(index, value)
+        if index == TARGET_VELOCITY:
+            self._velocity = value
+        elif index == TARGET_TORQUE:
+            self._torque = value
+        elif index == self._field.key:
+            self._amplitude = value
+        elif index == POLARITY:
+            self._polarity = value
+        elif index == SI_UNIT_VELOCITY:
+            self._set_unit(value)
+        elif index in self._maximum:
+            self._maximum[index] = value
 
     @property
     def _per_hertz(self) -> float:
@@ -201,11 +181,8 @@ class Cia402Inverter:
         self._unit = DriveUnit(counts, unit)
         self._maximum[MAX_PROFILE_VELOCITY] = math.floor(limit * counts)
 
-    def _check_fault(self) -> None:
-        # The stage keeps its fault until it is switched on again; a fault that was reset is not one any more.
-        if self._powered and self._world.inverter.fault is not None:
-            self._powered = False
-            self._power.trip(_FAULT_CODE)
+    def _fault_code(self) -> int | None:
+        return None if self._world.inverter.fault is None else _FAULT_CODE
 
     def _apply(self) -> None:
         inverter, power = self._world.inverter, self._power

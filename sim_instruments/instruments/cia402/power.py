@@ -3,7 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
+
+if TYPE_CHECKING:
+    from sim_instruments.world.world import World
 
 Kind = Literal["i8", "u8", "i16", "u16", "i32", "u32", "text"]
 
@@ -159,6 +162,62 @@ class PowerStage:
             self.state = DriveState.OPERATION_ENABLED if word & 0b1000 else DriveState.SWITCHED_ON
 
 
+class PoweredDrive:
+    """What every drive answers alike: its power stage, the objects that change, and a fault of what it feeds."""
+
+    def __init__(self, world: "World", modes: tuple[int, ...]) -> None:
+        self._world = world
+        self._power = PowerStage(modes)
+        self._powered = False
+        self._readers: dict[int, Callable[[], int]] = {}
+
+    def on_emergency(self, report: Callable[[int, int], None]) -> None:
+        """Tell `report` the error code and error register of each fault, and zeroes of its reset."""
+        self._power.report = report
+
+    def read(self, index: int) -> int | None:
+        """Return the value of an object that changes, None for others."""
+        with self._world.lock:
+            self._check_fault()
+            reader = self._readers.get(index)
+            return None if reader is None else reader()
+
+    def write(self, index: int, value: int) -> None:
+        """Write an object. Raises SdoError where the value or the state does not allow it."""
+        low, high = self._limits().get(index, (value, value))
+        if not low <= value <= high:
+            code = TOO_HIGH if value > high else TOO_LOW
+            raise SdoError(code, f"object {index:04X}h: {value} is outside {low} … {high}")
+        with self._world.lock:
+            self._check_fault()
+            self._set(index, value)
+            self._apply()
+
+    def _limits(self) -> dict[int, tuple[int, int]]:
+        """Return the lowest and highest value of objects."""
+        return {CONTROL_WORD: (0, 0xFFFF)}
+
+    def _set(self, index: int, value: int) -> None:
+        """Take the value of an object."""
+        if index == CONTROL_WORD:
+            self._power.command(value)
+        elif index == MODE:
+            self._power.set_mode(value)
+
+    def _apply(self) -> None:
+        """Have what the drive feeds do what its objects say."""
+
+    def _fault_code(self) -> int | None:
+        """Return the error code of what the drive feeds, None where it has no fault."""
+        return None
+
+    def _check_fault(self) -> None:
+        # A stage keeps its fault until it is switched on again; a fault that was reset is not one any more.
+        if self._powered and (code := self._fault_code()) is not None:
+            self._powered = False
+            self._power.trip(code)
+
+
 def error_register(code: int) -> int:
     """Return the error register of an error code: generic, and the group that the code's first digit stands for."""
     return 1 | {2: 1 << 1, 3: 1 << 2, 4: 1 << 3, 8: 1 << 5, 15: 1 << 7}.get(code >> 12, 0)
@@ -168,15 +227,6 @@ def counts_per_hertz(unit: int = MILLI_RPM, pole_pairs: int = 1) -> float:
     """Return the counts of a velocity in one Hz (electrical), with 60A9h as `unit`, of a drive set up with `pole_pairs`."""
     prefix = unit >> 24
     return 60.0 * 10.0 ** (256 - prefix if prefix & 0x80 else -prefix) / pole_pairs
-
-
-def check_limits(index: int, value: int, limits: dict[int, tuple[int, int]]) -> None:
-    """Raise SdoError for a value outside its object's limits."""
-    if index in limits:
-        low, high = limits[index]
-        if not low <= value <= high:
-            code = TOO_HIGH if value > high else TOO_LOW
-            raise SdoError(code, f"object {index:04X}h: {value} is outside {low} … {high}")
 
 
 def standard_entries(name: str, product: int, modes: int) -> tuple[ObjectEntry, ...]:

@@ -1,7 +1,6 @@
 """Rotor actuator: a servo drive of the CiA 402 profile with brake, clutch and the dynamometer's coupling on its outputs."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
@@ -13,8 +12,7 @@ from sim_instruments.instruments.cia402.power import (
     MODE,
     DriveState,
     ObjectEntry,
-    PowerStage,
-    check_limits,
+    PoweredDrive,
     numbered,
     standard_entries,
 )
@@ -51,7 +49,7 @@ class _Move:
 _Law = tuple[Literal["free", "locked", "hold", "turn", "move"], float | _Move | None]
 
 
-class Cia402Actuator:
+class Cia402Actuator(PoweredDrive):
     """Simulated side of the actuator. Position in increments of 65536 a turn, velocity in increments/s, forwards positive; options may
     say otherwise.
 
@@ -63,25 +61,19 @@ class Cia402Actuator:
     def __init__(
         self, world: "World", *, maximum_speed: float = 100.0 * math.pi, options: "Options" = MappingProxyType({})
     ) -> None:
-        self._world = world
+        super().__init__(world, (PROFILE_POSITION, PROFILE_VELOCITY))
         self._increments = increments_of(options)
         self._unit = shaft_unit(options, _INCREMENTS_A_SECOND)
         # What one count of a position and of a velocity is.
         self._step = 2.0 * math.pi / self._increments
         self._pace = 2.0 * math.pi / self._unit.counts
-        self._power = PowerStage((PROFILE_POSITION, PROFILE_VELOCITY))
         self._mechanism = Mechanism(world.clock, world.lock, self._arrived)
         self._target_position = self._profile_speed = self._velocity = 0
         self._outputs, self._mask = 0, _ALL
         self._move: _Move | None = None
         self._law: _Law = ("free", None)
-        fastest = math.floor(maximum_speed / self._pace)
-        self._limits: dict[int, tuple[int, int]] = {
-            CONTROL_WORD: (0, 0xFFFF),
-            PROFILE_SPEED: (0, fastest),
-            TARGET_VELOCITY: (-fastest, fastest),
-        }
-        self._readers: dict[int, Callable[[], int]] = {
+        self._fastest = math.floor(maximum_speed / self._pace)
+        self._readers = {
             **self._power.readers(self._status),
             POSITION: lambda: _int32(round(world.dial_angle() / self._step)),
             ACTUAL_VELOCITY: lambda: _int32(round(world.shaft_velocity() / self._pace)),
@@ -117,41 +109,29 @@ class Cia402Actuator:
             ObjectEntry(TARGET_VELOCITY, "Target velocity", "i32", "rw"),
         )
 
-    def on_emergency(self, report: Callable[[int, int], None]) -> None:
-        """Tell `report` the error code and error register of each fault, and zeroes of its reset."""
-        self._power.report = report
+    def _limits(self) -> dict[int, tuple[int, int]]:
+        fastest = self._fastest
+        return {**super()._limits(), PROFILE_SPEED: (0, fastest), TARGET_VELOCITY: (-fastest, fastest)}
 
-    def read(self, index: int) -> int | None:
-        """Return the value of an object that changes, None for others."""
-        with self._world.lock:
-            reader = self._readers.get(index)
-            return None if reader is None else reader()
-
-    def write(self, index: int, value: int) -> None:
-        """Write an object. Raises SdoError where the value or the state does not allow it."""
-        check_limits(index, value, self._limits)
-        with self._world.lock:
-            if index == CONTROL_WORD:
-                begins = bool(value & _NEW_SET_POINT and not self._power.control & _NEW_SET_POINT)
-                self._power.command(value)
-                if begins and self._power.active and self._power.mode == PROFILE_POSITION:
-                    self._begin_move(relative=bool(value & _RELATIVE))
-            elif index == MODE:
-                self._power.set_mode(value)
-                self._move = None
-            elif index == TARGET_POSITION:
-                self._target_position = value
-            elif index == PROFILE_SPEED:
-                self._profile_speed = value
-            elif index == TARGET_VELOCITY:
-                self._velocity = value
-            elif index == OUTPUTS:
-                self._outputs = value
-                self._switch()
-            elif index == MASK:
-                self._mask = value
-                self._switch()
-            self._apply()
+    def _set(self, index: int, value: int) -> None:
+        begins = index == CONTROL_WORD and value & _NEW_SET_POINT and not self._power.control & _NEW_SET_POINT
+        super()._set(index, value)
+        if begins and self._power.active and self._power.mode == PROFILE_POSITION:
+            self._begin_move(relative=bool(value & _RELATIVE))
+        elif index == MODE:
+            self._move = None
+        elif index == TARGET_POSITION:
+            self._target_position = value
+        elif index == PROFILE_SPEED:
+            self._profile_speed = value
+        elif index == TARGET_VELOCITY:
+            self._velocity = value
+        elif index == OUTPUTS:
+            self._outputs = value
+            self._switch()
+        elif index == MASK:
+            self._mask = value
+            self._switch()
 
     # brake, clutch, coupling
 

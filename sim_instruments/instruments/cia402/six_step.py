@@ -1,7 +1,6 @@
 """Six-step drive with the CiA 402 drive profile: block commutation by Hall sensors, at full voltage."""
 
 import math
-from collections.abc import Callable
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -9,13 +8,10 @@ import numpy as np
 
 from sim_instruments.instruments.cia402.power import (
     ACTUAL_VELOCITY,
-    CONTROL_WORD,
     DC_VOLTAGE,
-    MODE,
     DriveState,
     ObjectEntry,
-    PowerStage,
-    check_limits,
+    PoweredDrive,
     standard_entries,
 )
 from sim_instruments.instruments.cia402.setting_up import OwnObject, electrical_unit, own_object, unit_entries
@@ -34,7 +30,7 @@ ERROR_CODES: dict[SixStepFault, int] = {"overcurrent": 0x2310, "no rotation": 0x
 _APERTURE = 0.02
 
 
-class Cia402SixStep:
+class Cia402SixStep(PoweredDrive):
     """Simulated side of the six-step drive.
 
     Bus voltage (6079h) in mV and current (2010h, the maker's) in mA, means over 20 ms; velocity from the Hall edges, in 0.001 rpm
@@ -51,17 +47,14 @@ class Cia402SixStep:
     ) -> None:
         if world.six_step is None:
             raise ValueError("this bench has no six-step drive; give World a SixStepDrive")
-        self._world = world
+        super().__init__(world, (options.get("mode") or BLOCK_COMMUTATION,))
         self._output = world.six_step
         self._random = generator
         self._errors = errors or DriveErrors()
-        self._mode = options.get("mode") or BLOCK_COMMUTATION
         self._unit = electrical_unit(options)
         self._own_current = own_object(options, "bus_current", _BUS_CURRENT)
         self._own_halls = own_object(options, "hall_state", _HALL_STATE)
-        self._power = PowerStage((self._mode,))
-        self._powered = False
-        self._readers: dict[int, Callable[[], int]] = {
+        self._readers = {
             **self._power.readers(self._status),
             ACTUAL_VELOCITY: self._velocity,
             DC_VOLTAGE: self._bus_voltage,
@@ -86,34 +79,9 @@ class Cia402SixStep:
             *unit_entries(self._unit),
         )
 
-    def on_emergency(self, report: Callable[[int, int], None]) -> None:
-        """Tell `report` the error code and error register of each fault, and zeroes of its reset."""
-        self._power.report = report
-
-    def read(self, index: int) -> int | None:
-        """Return the value of an object that changes, None for others."""
-        with self._world.lock:
-            self._check_fault()
-            reader = self._readers.get(index)
-            return None if reader is None else reader()
-
-    def write(self, index: int, value: int) -> None:
-        """Write an object. Raises SdoError where the value or the state does not allow it."""
-        check_limits(index, value, {CONTROL_WORD: (0, 0xFFFF)})
-        with self._world.lock:
-            self._check_fault()
-            if index == CONTROL_WORD:
-                self._power.command(value)
-            elif index == MODE:
-                self._power.set_mode(value)
-            self._apply()
-
-    def _check_fault(self) -> None:
+    def _fault_code(self) -> int | None:
         fault = self._output.fault
-        # The stage keeps its fault until it is switched on again; a fault that was reset is not one any more.
-        if self._powered and fault is not None:
-            self._powered = False
-            self._power.trip(ERROR_CODES[fault])
+        return None if fault is None else ERROR_CODES[fault]
 
     def _apply(self) -> None:
         # Full voltage knows no ramp: halt and quick stop switch the bridge off.

@@ -56,7 +56,7 @@ def test_noise_at_the_crossings_is_no_change_of_speed(share: float) -> None:
 def test_many_periods_at_a_drifting_speed_are_fitted_together() -> None:
     v = turned(900.0 * (1.0 - 0.15 * TIME))
     fit = fit_back_emf(TIME, v)
-    assert fit.mean_flux_linkage()[0] == pytest.approx(FLUX, rel=5e-4)
+    assert fit.flux_linkage.value == pytest.approx(FLUX, rel=5e-4)
     assert fit.drift_significant
 
 

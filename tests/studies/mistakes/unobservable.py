@@ -6,8 +6,8 @@
   own returns that they call in `text(…)` only, what a method of their own is given for messages only or puts into an error that it
   returns, but not what that asks the instrument.
 - **Annotations**, decorators, imports and protocols, of which nothing is made.
-- **Pauses of a loop that looks again**: the `sleep` in a `while` loop, and a constant whose every use is in such. How often one looks
-  changes nothing that is found.
+- **Pauses of a loop that looks again**: the `sleep` in a `while` loop, the interval of `polls`, and a constant whose every use is in
+  such. How often one looks changes nothing that is found.
 - **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives, also the `open` of a base, and of
   classes that are derived without an `__init__` of their own.
 - **Lengths of pieces**: a constant that is nothing but the step of a `range` and the end of the slices that begin there. All pieces
@@ -41,7 +41,7 @@ def unobservable(tree: ast.Module) -> set[int]:
     while more := _only_in_messages(tree, messages) - messages:
         messages |= more
     called = [part for node in ast_nodes(tree) for part in _pauses(node)]
-    names = {part.value.func.attr for part in called} - {"sleep"}
+    names = {part.value.func.attr for part in called if isinstance(part, ast.Expr)} - {"sleep"}
     called += [node for node in ast_nodes(tree) if isinstance(node, ast.FunctionDef) and node.name in names]
     pauses = {id(each) for part in called for each in ast_nodes(part)}
     assigned = (node for node in tree.body if isinstance(node, ast.Assign))
@@ -217,6 +217,8 @@ def _pauses(node: ast.AST) -> Iterator[Any]:
                 called = each.value.func
                 if isinstance(called, ast.Attribute) and called.attr in ("sleep", "_pause"):
                     yield each
+    elif isinstance(node, ast.Call) and ast.unparse(node.func) == "polls":
+        yield node.args[2]
 
 
 def _pieces(tree: ast.Module) -> Iterator[ast.AST]:

@@ -190,7 +190,7 @@ def emf_case(kind: str) -> Case:
             flux = flux_by_integration(time, v)
             return *flux.mean(), flux.degrees_of_freedom
         fit = fit_back_emf(time, v, resolution=step)
-        return *fit.mean_flux_linkage(), fit.degrees_of_freedom
+        return fit.flux_linkage.value, fit.flux_linkage.uncertainty, fit.degrees_of_freedom
 
     names = {"fit": "λ, harmonic fit", "drift": "λ, integrated, speed drifting 5 %", "peak": "λ, peak reading"}
     variance, amplitude = 13 / 12 * step**2, FLUX * SPEED

@@ -27,7 +27,7 @@ from bench.i18n.language import translator
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import view_of
-from bench.rehearsal.assumed import assumed_motor
+from bench.rehearsal.assumed import completed
 from bench.rehearsal.counterparts import counterparts_of
 from drivers.interfaces.text import Text, text, word
 from procedures.verification.verified_channels import RANGE_WARNING
@@ -154,12 +154,7 @@ def dry_run(
 
 def virtually(prepared: Prepared) -> tuple[Prepared, tuple[str, ...]]:
     """Return the same plan on as many virtual benches, for motors that do not differ; and what was assumed of the motor."""
-    line, motor = prepared.line, prepared.motor
-    assumed: tuple[str, ...] = ()
-    if motor.virtual is None:
-        truth, assumptions = assumed_motor(motor.nameplate)
-        motor = replace(motor, virtual=truth)
-        assumed = tuple(sorted(assumption.name for assumption in assumptions))
+    line, (motor, assumed) = prepared.line, completed(prepared.motor)
     sockets = tuple(LineSocket(socket.name, None, socket.station) for socket in line.sockets)
     plan = replace(
         prepared.plan,

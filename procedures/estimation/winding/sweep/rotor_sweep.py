@@ -129,30 +129,24 @@ def fit_rotor_sweep(
     angle: ArrayLike,
     inductance: ArrayLike,
     *,
-    cycles_per_angle: float | None = None,
     pole_pairs: int | None = None,
-    largest_pole_pairs: int = 50,
     resolution: float = 0.0,
 ) -> SweepFit:
     """Fit L(θ) = mean − amplitude·cos(2θ + phase) to inductance readings (H, shape (n,)) at known angles (rad).
 
-    `cycles_per_angle` is the inductance's periods per radian of `angle`; or give `pole_pairs` for a mechanical angle (1 for
-    an electrical one). With neither, the angle is mechanical and the pole pairs are searched. `resolution` is one step of
-    the readings (H). A meter's drift and what goes with the mechanical angle are taken out where the readings show them, see `misfit`.
-    Raises EstimationError on too few readings or less than half a period. Source: spec limits, var(Ld) =
-    3σ²/(4M).
+    `pole_pairs` are those of a mechanical angle, 1 for an electrical one; without them the angle is mechanical and they are searched.
+    `resolution` is one step of the readings (H). A meter's drift and what goes with the mechanical angle are taken out where the readings
+    show them, see `misfit`. Raises EstimationError on too few readings or less than half a period. Source: spec limits, var(Ld) = 3σ²/(4M).
     """
     theta, values = series("angle", angle, least=4), series("inductance", inductance, least=4)
     same_length(angle=theta, inductance=values)
     if np.ptp(theta) <= 0:
         raise EstimationError("all readings were taken at one angle; turn the rotor between readings")
     tried = 1.0
-    if cycles_per_angle is not None:
-        rate = 2 * np.pi * positive("cycles_per_angle", cycles_per_angle, "1/rad")
-    elif pole_pairs is not None:
+    if pole_pairs is not None:
         rate = 2 * positive("pole_pairs", pole_pairs, "")
     else:
-        candidates = _rates(theta, largest_pole_pairs)
+        candidates = _rates(theta)
         if not candidates:
             raise EstimationError("the angles cover less than one period of the inductance; turn the rotor further")
         rate = min(candidates, key=lambda r: _without_worst(r * theta, values))
@@ -163,7 +157,7 @@ def fit_rotor_sweep(
             "turn the rotor over at least one (half an electrical turn)"
         )
     _check_phases(rate * theta)
-    mechanical = cycles_per_angle is None and pole_pairs != 1
+    mechanical = pole_pairs != 1
     wild = wild_at_angles(_expected(theta, rate, mechanical=mechanical), values, resolution)
     if not wild.size or cut_off(values, resolution):
         return _fit_at(theta, values, rate, tried, resolution, mechanical=mechanical)
@@ -214,10 +208,10 @@ def _expected(theta: FloatArray, rate: float, *, mechanical: bool) -> FloatArray
     return np.asarray(basis[:, size > 1e-9 * size[0]])
 
 
-def _rates(theta: FloatArray, largest_pole_pairs: int) -> list[float]:
+def _rates(theta: FloatArray) -> list[float]:
     """Return the periods, per radian, that angles can tell, as far as pole pairs make them."""
     spacing, span = float(np.median(np.diff(np.unique(theta)))), float(np.ptp(theta))
-    every = [2.0 * p for p in range(1, largest_pole_pairs + 1)]
+    every = [2.0 * p for p in range(1, _MOST_POLE_PAIRS + 1)]
     return [rate for rate in every if rate * span >= 1.8 * np.pi and rate * spacing <= 0.9 * np.pi]
 
 
@@ -230,7 +224,7 @@ def _wrong_period(theta: FloatArray, values: FloatArray, fit: SweepFit, resoluti
         return ()
     noise = white_noise(values[np.argsort(theta, kind="stable")], resolution)
     if fit.residual_rms <= _SWINGS * noise:
-        rates = _rates(theta, _MOST_POLE_PAIRS)
+        rates = _rates(theta)
         if not rates or min(_harmonic(rate * theta, values)[1] for rate in rates) > _EXPLAINED * fit.constant_squares:
             return ()
     swing = float(np.ptp(values)) / float(np.mean(values))

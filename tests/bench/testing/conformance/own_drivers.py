@@ -230,6 +230,8 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
         DELTA_SMALL,
         POWER_STATED,
         {"watchdog_time": 2.0},
+        # A ramp that takes longer than the patience, and comes nearer all the time.
+        {"settle_timeout": 0.3},
     ),
     "cia402-inverter": (
         {"heartbeat_time": 1.0},

@@ -13,8 +13,8 @@ from bench.testing.conformance.ends import check_found
 from bench.testing.conformance.guarded import check_guarded
 from bench.testing.conformance.manual import Manual
 from bench.testing.conformance.models import check_model
-from bench.testing.conformance.network_management import check_process_data
 from bench.testing.conformance.opening import check_opening
+from bench.testing.conformance.process_data import check_process_data
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial, session_of
 from bench.testing.conformance.station import check_station
@@ -84,6 +84,14 @@ def test_an_object_that_is_mapped_with_another_length_is_found(monkeypatch: Patc
 
     monkeypatch.setattr("drivers.cia402.six_step.MappedObject", mapped)
     assert failures(check_process_data, "cia402-six-step", process_data=True) == ["PDOs: each object in its length"]
+
+
+def test_an_object_that_is_read_with_another_sign_from_a_pdo_is_found(monkeypatch: Patch) -> None:
+    def unsigned(index: int, size: int, _signed: bool = False) -> MappedObject:
+        return MappedObject(index, size)
+
+    monkeypatch.setattr("drivers.cia402.six_step.MappedObject", unsigned)
+    assert failures(check_process_data, "cia402-six-step", process_data=True) == ["PDOs: each object as by SDO"]
 
 
 def test_a_port_that_may_not_be_opened_must_be_told_with_its_remedy(monkeypatch: Patch) -> None:

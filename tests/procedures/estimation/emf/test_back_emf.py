@@ -3,7 +3,6 @@ import pytest
 
 from procedures.estimation.emf.back_emf import (
     fit_back_emf,
-    line_to_phase,
 )
 from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.period import peak_amplitude, peak_to_peak
@@ -28,7 +27,7 @@ def test_exact_waveforms_come_back() -> None:
     assert fit.offsets == pytest.approx([0.1, -0.2, 0.0])
     assert fit.thd == pytest.approx(0.05)
     assert not fit.drift_significant
-    assert fit.mean_flux_linkage()[0] == pytest.approx(3.0 / (2 * np.pi * 53.0))
+    assert fit.flux_linkage.value == pytest.approx(3.0 / (2 * np.pi * 53.0))
 
 
 def test_an_order_that_was_not_asked_for_is_found_and_taken_out_of_what_is_left() -> None:
@@ -39,7 +38,7 @@ def test_an_order_that_was_not_asked_for_is_found_and_taken_out_of_what_is_left(
     assert set(fit.further) == {11}
     assert fit.further[11] == pytest.approx(0.02, abs=0.003)
     assert np.std(fit.residuals) == pytest.approx(0.02, rel=0.03)
-    assert fit.mean_flux_linkage()[0] == pytest.approx(plain.mean_flux_linkage()[0], rel=1e-4)
+    assert fit.flux_linkage.value == pytest.approx(plain.flux_linkage.value, rel=1e-4)
 
 
 def test_noise_shows_no_further_orders() -> None:
@@ -98,7 +97,6 @@ def test_plain_readings_of_the_note() -> None:
     v = waves(fifth=0.0)[0]
     assert peak_to_peak(v) == pytest.approx(6.0, rel=1e-3)
     assert peak_amplitude(v) == pytest.approx(3.0, rel=1e-3)
-    assert line_to_phase(np.sqrt(3.0)) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ def test_a_dead_zone_is_told_and_its_loss_is_in_the_interval(zone: float) -> Non
         fit = recorded(seed, zone=zone)
         # A zone that is wide holds equal readings, which are left out as such.
         [found] = [one for one in fit.misfit.findings if one.cause is not Cause.DROPOUTS]
-        value, uncertainty = fit.mean_flux_linkage()
+        value, uncertainty = fit.flux_linkage.value, fit.flux_linkage.uncertainty
         little = 1.96 * uncertainty > 0.2 * value
         assert (found.cause, found.answer) == (Cause.DISTORTION, Answer.WITHHELD if little else Answer.WIDENED)
         assert found.figures["share"] == pytest.approx(4.0 * zone / np.pi, rel=0.5)
@@ -54,7 +54,7 @@ def test_rounding_that_comes_again_every_turn_is_no_cause(frequency: float, nois
         read = np.round((amplitude * np.sin(angle) + noise * step * random.standard_normal(angle.shape)) / step) * step
         fit = fit_back_emf(time, read, digitized=[DigitizedChannel(name, step, None, 0.01) for name in names])
         assert {found.cause for found in fit.misfit.findings} <= {Cause.TOO_COARSE}
-        value, uncertainty = fit.mean_flux_linkage()
+        value, uncertainty = fit.flux_linkage.value, fit.flux_linkage.uncertainty
         assert uncertainty < 2e-3 * value
         held += abs(value - amplitude / (2.0 * np.pi * frequency)) < 2.0 * uncertainty
     assert held >= 3

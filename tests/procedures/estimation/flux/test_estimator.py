@@ -1,6 +1,7 @@
 """Flux maps from simulated readings whose truth is known; the long study is `python -m tests.studies.flux_map`."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -28,6 +29,13 @@ def bench_of(motor: TrueMotor, seed: int) -> tuple[RandomBench, FluxReadings, Ar
     return bench, readings, wanted
 
 
+@cache
+def estimate_of(name: str, seed: int) -> FluxMapEstimate:
+    """Return the map of a motor's readings as they are, which several tests hold others against."""
+    _, readings, wanted = bench_of(MOTORS[name], seed)
+    return estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+
+
 def errors(motor: TrueMotor, made: FluxMapEstimate) -> Array:
     true = motor.flux(made.map.points[:, 0] + 1j * made.map.points[:, 1])
     return made.map.flux - np.column_stack((true.real, true.imag))
@@ -39,10 +47,9 @@ def errors(motor: TrueMotor, made: FluxMapEstimate) -> Array:
 def test_every_point_is_within_its_limits_though_nothing_of_the_bench_is_known(name: str) -> None:
     motor = MOTORS[name]
     held, worst = [], []
+    assert bench_of(motor, 0)[1].time.size <= 90
     for seed in range(6):
-        _, readings, wanted = bench_of(motor, seed)
-        assert readings.time.size <= 90
-        made = estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+        made = estimate_of(name, seed)
         assert len(made.map.points) == 51
         error = np.abs(errors(motor, made))
         worst.append(np.max(error) / made.map.full_scale)
@@ -69,7 +76,7 @@ def test_what_all_readings_share_is_found() -> None:
 def test_noise_of_current_sensors_moves_no_flux_linkage() -> None:
     motor = MOTORS["bridged IPMSM"]
     _, readings, wanted = bench_of(motor, 4)
-    quiet = estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+    quiet = estimate_of("bridged IPMSM", 4)
     noise = 2e-3 * motor.largest_current
     d, q = noise * np.random.default_rng(4).normal(size=(2, readings.time.size))
     loud = replace(readings, i_d=readings.i_d + d, i_q=readings.i_q + q, current_noise=readings.current_noise + noise)
@@ -236,7 +243,7 @@ def test_readings_at_standstill_are_refused() -> None:
 def test_a_wild_reading_of_what_is_read_once_is_told_and_in_the_interval(name: str) -> None:
     motor = MOTORS[name]
     _, readings, wanted = bench_of(motor, 4)
-    clean = estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+    clean = estimate_of(name, 4)
     assert not [finding for finding in clean.misfit.findings if finding.cause is Cause.ODD_READING]
     of = clean.fit.locations.of
     once = np.flatnonzero(np.bincount(of)[of] == 1)

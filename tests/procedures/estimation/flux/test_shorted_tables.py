@@ -1,5 +1,6 @@
 """Short-circuit tables by formula: a torque column makes no figure worse, and magnets that warm along are said."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ R, L_D, L_Q, FLUX, PAIRS = 0.1, 1e-3, 1.5e-3, 0.05, 4
 SPEED = np.array([100.0, 200.0, 300.0, 500.0, 800.0, 1200.0, 2000.0, 3000.0, 5000.0]) * np.pi / 30.0 * PAIRS
 
 
+@cache
 def fitted(seed: int, *, warming: float = 0.0, torque: bool = True) -> ShortCircuitFit:
     random = np.random.default_rng(seed)
     flux, r = FLUX * np.linspace(1.0, 1.0 - warming, 9), R * np.linspace(1.0, 1.0 + 5.0 * warming, 9)

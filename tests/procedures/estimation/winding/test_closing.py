@@ -103,7 +103,7 @@ def test_lines_that_two_instruments_compare_otherwise_have_contacts() -> None:
         lines = 1.0 + 0.01 * random.standard_normal(3)
         contact = 0.01 * np.exp(0.5 * random.standard_normal((2, 3)))
         before, now = lines * (1.0 + contact[0]) * 1.03, lines * (1.0 + contact[1])
-        found = contacts_made_anew(before, now, 5e-4, "stator_resistance")
+        found = contacts_made_anew(before, now, 5e-4)
         told += bool(found.misfit)
         held += not found.misfit or np.mean(contact[1]) <= found.excess
     assert told >= 160
@@ -117,12 +117,12 @@ def test_an_instrument_s_gain_and_a_warm_winding_are_no_contacts(*, suspected: b
     for _ in range(200):
         lines = 1.0 + 0.01 * random.standard_normal(3)
         now = 1.04 * lines * (1.0 + 2e-4 * random.standard_normal(3))
-        told += bool(contacts_made_anew(lines, now, 2e-4, "stator_resistance", suspected=suspected).misfit)
+        told += bool(contacts_made_anew(lines, now, 2e-4, suspected=suspected).misfit)
     assert told <= (10 if suspected else 2)
 
 
 def test_a_winding_that_cools_from_line_to_line_is_no_contact_unless_those_are_suspected() -> None:
     cooling = (1.0, 0.99, 0.98)
-    assert not contacts_made_anew((1.0, 1.0, 1.0), cooling, 3e-4, "stator_resistance").misfit
-    (found,) = contacts_made_anew((1.0, 1.0, 1.0), cooling, 3e-4, "stator_resistance", suspected=True).misfit.findings
+    assert not contacts_made_anew((1.0, 1.0, 1.0), cooling, 3e-4).misfit
+    (found,) = contacts_made_anew((1.0, 1.0, 1.0), cooling, 3e-4, suspected=True).misfit.findings
     assert (found.cause, found.answer) == (Cause.CONTACT, Answer.WITHHELD)
