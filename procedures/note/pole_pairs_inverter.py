@@ -15,6 +15,7 @@ from procedures.core.demand import SPEED, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.back_emf import fit_back_emf
+from procedures.estimation.fitting.noise import MAINS, MAINS_STRAY
 from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.shaft.pole_pair_count import count, frequency_reading, is_clear, ratio
 from procedures.verification.settings import FedWiringSettings
@@ -110,7 +111,7 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
     def read_frequency(self) -> PhaseCurrent:
         """Return the fitted frequency.
 
-        Raises ProcedureError where it is not the inverter's: control was lost.
+        Raises ProcedureError where it is not the inverter's: control was lost, or hum hides it.
         """
         scope = self.bench.oscilloscope
         commanded = self.bench.inverter.measure_frequency()
@@ -128,6 +129,15 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
             measured = PhaseCurrent(fit.frequency, fit.frequency_uncertainty)
         self.findings |= {"current_frequency": measured.frequency, "inverter_frequency": commanded.value}
         if abs(measured.frequency - abs(commanded.value)) > self.settings.frequency_tolerance * abs(commanded.value):
+            if any(abs(measured.frequency / mains - 1.0) < MAINS_STRAY for mains in MAINS):
+                raise ProcedureError(
+                    text(
+                        "the current probe shows {measured:.4g} Hz, as the mains have, the inverter puts out {commanded:.4g} Hz: more hum "
+                        "than current of the motor; raise the current, or keep probe and leads away from the mains",
+                        measured=measured.frequency,
+                        commanded=commanded.value,
+                    )
+                )
             raise ProcedureError(
                 text(
                     "the phase current has {measured:.4g} Hz, the inverter puts out {commanded:.4g} Hz: control was lost; "

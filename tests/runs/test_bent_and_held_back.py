@@ -76,3 +76,12 @@ def test_twice_the_frequency_is_not_taken_for_the_frequency(motorbench, tmp_path
     else:
         assert given["parameters"]["pole_pairs"]["value"] == 11.0
         assert given["misfit"] == []
+
+
+def test_hum_beside_a_small_current_is_no_lost_control(motorbench, tmp_path):
+    file = tmp_path / "hum.toml"
+    file.write_text("[channels.4]\nhum = 0.5\n", encoding="utf-8")
+    arguments = ("run", "pole-pairs-inverter", "--station", "virtual", "--motor", "gimbal")
+    status, given = motorbench(*arguments, "--disturbances", str(file))
+    assert status != 0
+    assert "50 Hz, as the mains have" in str(given)

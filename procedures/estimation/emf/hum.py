@@ -11,9 +11,8 @@ from procedures.estimation.emf.harmonics import HarmonicModel, waveform_basis
 from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
+from procedures.estimation.fitting.noise import MAINS, MAINS_STRAY
 
-#: Mains frequencies (Hz), and how far a net's frequency strays.
-_MAINS, _STRAYS = (50.0, 60.0), 0.01
 #: A line is seen where chance gives it once in so many records.
 _CHANCE = 2e-6
 #: Points that suffice to look for so slow a line.
@@ -59,16 +58,18 @@ def find_hum(
     steps = np.array([channel.resolution for channel in channels])
     best: tuple[float, float] | None = None
     basis: FloatArray | None = None
-    for mains in _MAINS:
+    for mains in MAINS:
         nearest = max(1, round(mains / fundamental))
         apart = abs(mains - nearest * fundamental) * span
         if 2.0 * mains * (few_t[1] - few_t[0]) > 0.9 or mains * span < 1.0:
             continue
         if apart < (_APART if nearest in orders else _ASIDE):
             continue
-        stray = _STRAYS * mains * span
+        stray = MAINS_STRAY * mains * span
         tried = (
-            mains * (1.0 + _STRAYS * np.linspace(-1.0, 1.0, 2 * math.ceil(2.0 * stray) + 1)) if stray > 0.5 else [mains]
+            mains * (1.0 + MAINS_STRAY * np.linspace(-1.0, 1.0, 2 * math.ceil(2.0 * stray) + 1))
+            if stray > 0.5
+            else [mains]
         )
         for frequency in tried:
             if basis is None:

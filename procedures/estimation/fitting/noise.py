@@ -5,6 +5,9 @@ from numpy.typing import NDArray
 
 from procedures.estimation.fitting.fit import FloatArray
 
+#: Frequencies of the mains (Hz), and the share by which a net strays from them.
+MAINS, MAINS_STRAY = (50.0, 60.0), 0.01
+
 #: Noise makes runs of so many equal readings side by side in phase in no record.
 _ALL_ALIKE = 8.0
 #: A step of rounding shows in so many levels, the nearest of which are up to so many steps apart; levels are off it by this share of it,

@@ -9,6 +9,7 @@ from scipy import special
 
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
+from procedures.estimation.fitting.noise import MAINS
 from procedures.estimation.mechanics.cogging_losses import gross, without_cut, without_lost
 from procedures.estimation.mechanics.cogging_modulation import modulated
 from procedures.estimation.mechanics.cogging_spectrum import (
@@ -29,7 +30,6 @@ _CHANCE, _TERMS = 2e-4, 3
 _LINE = 1e-3
 #: One that chance shows in one of so many asks for another scale of the angle.
 _DOUBT = 0.1
-_MAINS = (50.0, 60.0)
 #: Uncertainties of the orders beyond so many times those of readings all round the turn: too many are gone in one place.
 _GAP = 3.0
 #: How far (share) a speed's scale may be off, and by how much of it the angle is searched.
@@ -129,8 +129,8 @@ def _with_hum(turn: Turn, orders: Orders) -> tuple[_Taken, list[Finding]]:
 def _hums(turn: Turn) -> list[tuple[float, FloatArray]]:
     """Return the mains frequencies (Hz) with their rows (2, n)."""
     time = turn.time if turn.time is not None else np.zeros(0)
-    swings = [2.0 * math.pi * mains * (time - time[0]) for mains in _MAINS]
-    return [(mains, np.vstack((np.cos(s), np.sin(s)))) for mains, s in zip(_MAINS, swings, strict=True)]
+    swings = [2.0 * math.pi * mains * (time - time[0]) for mains in MAINS]
+    return [(mains, np.vstack((np.cos(s), np.sin(s)))) for mains, s in zip(MAINS, swings, strict=True)]
 
 
 def _rows(taken: _Taken) -> FloatArray | None:

@@ -8,11 +8,10 @@ import numpy as np
 from procedures.estimation.fitting.first_order import respond_evenly
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Cause
-from procedures.estimation.fitting.noise import undithered
+from procedures.estimation.fitting.noise import MAINS, undithered
 from procedures.estimation.winding.current_step.fit import Fitted, Problem
 from procedures.estimation.winding.current_step.record import StepRecord
 from procedures.estimation.winding.current_step.term import StepScale, Term
-from procedures.estimation.winding.current_step.terms import MAINS
 
 #: Hum is in the model where it lowers χ² of the voltage before the step by so much; another frequency is as likely within so much.
 _SEEN, _AS_LIKELY = 20.0, 12.0

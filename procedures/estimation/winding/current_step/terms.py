@@ -8,6 +8,7 @@ import numpy as np
 from procedures.estimation.fitting.first_order import respond_evenly
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Cause
+from procedures.estimation.fitting.noise import MAINS
 from procedures.estimation.winding.current_step.closed_circuits import closed_circuits
 from procedures.estimation.winding.current_step.record import StepRecord
 from procedures.estimation.winding.current_step.saturation import LAWS
@@ -16,7 +17,6 @@ from procedures.estimation.winding.current_step.term import StepScale, Term, hig
 
 #: Time constants of eddy currents that are looked for, in those of the winding.
 EDDIES = (0.03, 0.1, 0.3)
-MAINS = (50.0, 60.0)
 #: Hum's third harmonic, of rectifiers and saturated transformers, comes alone or with it.
 THIRDS = tuple(3.0 * f for f in MAINS)
 
