@@ -18,7 +18,7 @@ from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.steps import step
-from procedures.estimation.fitting.misfit import Cause, Misfit
+from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.winding import resistance, unbalance
 from procedures.estimation.winding.closing import ReadAgain, Unsettled, read_again
@@ -200,10 +200,9 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
         at = settings.frequency, settings.level, settings.aperture
         lines = LineReadings(quantities, accuracies, unsettled, slow_resistance(self, *at, self.gives))
         scatter = max(uncertainty / mean for mean, uncertainty, _ in means.values())
-        contacts = any(finding.cause is Cause.CONTACT for finding in lines.unsettled.misfit.findings)
         slow = float(lines.slow.ratio.x)
         read = tuple(slow * value for value in lines.values.values()), lines.largest_error, settings.frequency, scatter
-        self.bench.state.lines.read_by_bridge(*read, contacts=contacts)
+        self.bench.state.lines.read_by_bridge(*read, contacts=unsettled.contacts)
         return lines
 
     def _read(self, pair: LinePair) -> list[ImpedanceReading]:

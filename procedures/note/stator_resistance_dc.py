@@ -209,7 +209,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         # What the bridge is off by is alike in lines that are alike.
         unlike = bridge.error * (max(lines) - min(lines)) / max(lines)
         scatter = math.hypot(_LINE, own, bridge.scatter, unlike)
-        found = contacts_made_anew(bridge.values, lines, scatter, suspected=bridge.contacts)
+        found = contacts_made_anew(bridge.values, lines, scatter, suspected=bridge.contacts > 0.0)
         return found if found.misfit else None
 
     @step("S1/3", "From line to phase: half the mean for a wye, one and a half for a delta; refer to 25 °C")
@@ -217,7 +217,9 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         """Report the phase's resistance; each phase alone stands in the findings."""
         ab, bc, ca = (slopes[pair].resistance for pair in LINE_PAIRS)
         self.bench.state.lines.read_by_four_wires(
-            [float(line.x) for line in (ab, bc, ca)], max(3.0 * float(line.u) / float(line.x) for line in (ab, bc, ca))
+            [float(line.x) for line in (ab, bc, ca)],
+            max(3.0 * float(line.u) / float(line.x) for line in (ab, bc, ca)),
+            contacts=found.contacts,
         )
         phases = resistance.phase_resistances(ab, bc, ca, self.winding)
         self.findings |= {

@@ -11,6 +11,8 @@ from procedures.estimation.winding.wiring import Poles, loop_resistance
 _WARMING = 0.08
 #: A figure of 25 °C from an earlier run holds for 0 to 55 °C, and says nothing of the phases' unbalance.
 _ANY_TEMPERATURE, _UNBALANCE = 0.12, 0.03
+#: Beyond this share of contacts a resistance is not given, and nothing is held against it.
+_MOST_CONTACTS = 0.05
 #: Of one instrument's limit of error, so much may differ between a reading and a like one.
 _DIFFERING = 1.0 / 3.0
 #: Contacts made anew: leads that were seen once may come out so much better or worse, and by this (Ω) in any case.
@@ -57,20 +59,30 @@ class _Read:
     error: float
     frequency: float
     scatter: float = 0.0
-    contacts: bool = False
+    contacts: float = 0.0
+
+    @property
+    def tolerance(self) -> float:
+        """Relative half-width within which the legs hold for a reading that is made of them later, but for the instrument."""
+        return _WARMING + self.contacts
+
+    @property
+    def holds(self) -> bool:
+        """True if the legs are more than what contacts may have made of them."""
+        return self.contacts <= _MOST_CONTACTS
 
 
 @dataclass(frozen=True)
 class LineValues:
     """Readings (Ω) of AB, BC and CA, how one of them scatters and by how much the instrument may be off, both relative.
 
-    With `contacts`, a line differed when it was connected again.
+    By `contacts`, a share, a line may be too large, as one that differed when it was connected again.
     """
 
     values: tuple[float, float, float]
     scatter: float
     error: float
-    contacts: bool
+    contacts: float
 
 
 class Lines:
@@ -96,18 +108,19 @@ class Lines:
         return LineValues((a + b, b + c, c + a), self._bridge.scatter, self._bridge.error, self._bridge.contacts)
 
     def read_by_bridge(
-        self, lines: Sequence[float], error: float, frequency: float, scatter: float = 0.0, *, contacts: bool = False
+        self, lines: Sequence[float], error: float, frequency: float, scatter: float = 0.0, *, contacts: float = 0.0
     ) -> None:
         """Keep the bridge's readings (Ω) of AB, BC, CA at a frequency (Hz), with its limit of error and their scatter, both relative.
 
-        `contacts` says that a line differed when it was connected again.
+        By `contacts`, a share, a line may be too large, as one that differed when it was connected again.
         """
         read = _read(lines, error, frequency)
         self._bridge = replace(read, scatter=scatter, contacts=contacts) if read else None
 
-    def read_by_four_wires(self, lines: Sequence[float], error: float) -> None:
-        """Keep four-wire readings (Ω) of AB, BC, CA with their relative limit of error."""
-        self._direct = _read(lines, error, 0.0)
+    def read_by_four_wires(self, lines: Sequence[float], error: float, *, contacts: float = 0.0) -> None:
+        """Keep four-wire readings (Ω) of AB, BC, CA with their relative limit of error, and by what share contacts may have added."""
+        read = _read(lines, error, 0.0)
+        self._direct = replace(read, contacts=contacts) if read else None
 
     def seen_leads(self, resistance: Interval) -> None:
         """Keep what two- and four-wire readings show of the supply's leads (Ω)."""
@@ -121,10 +134,10 @@ class Lines:
 
     def for_bridge(self, known: Mapping[str, Parameter]) -> Reference | None:
         """Return what a bridge's reading is held against, its leads being corrected; None where nothing is known."""
-        if self._bridge:
-            return Reference(self._bridge.phases, _WARMING + _DIFFERING * self._bridge.error, _NONE)
-        if self._direct:
-            return Reference(self._direct.phases, _WARMING + self._direct.error, _NONE, own=False)
+        if self._bridge and self._bridge.holds:
+            return Reference(self._bridge.phases, self._bridge.tolerance + _DIFFERING * self._bridge.error, _NONE)
+        if self._direct and self._direct.holds:
+            return Reference(self._direct.phases, self._direct.tolerance + self._direct.error, _NONE, own=False)
         return _from_parameter(known, _NONE)
 
     def supposed_for_bridge(self) -> Reference | None:
@@ -134,13 +147,14 @@ class Lines:
     def for_supply(self, known: Mapping[str, Parameter], leads: float) -> Reference | None:
         """Return what a supply's V over I is held against; its leads have up to `leads` (Ω) where they were not seen yet."""
         between = self._leads or Interval(0.0, leads)
-        best = self._direct or self._bridge
+        best = next((read for read in (self._direct, self._bridge) if read and read.holds), None)
         if best:
-            return Reference(best.phases, _WARMING + best.error, between)
+            return Reference(best.phases, best.tolerance + best.error, between)
         return _from_parameter(known, between) or self._supposed_for("supply", between)
 
     def _supposed_for(self, by: str, leads: Interval) -> Reference | None:
-        if by not in self._supposed:
+        # A first reading has the contacts in it that were seen to differ.
+        if by not in self._supposed or any(read and not read.holds for read in (self._direct, self._bridge)):
             return None
         poles, read = self._supposed[by]
         middle = 0.5 * (read.low + read.high)

@@ -111,7 +111,7 @@ def _unexplained(check: Check, evidence: Text) -> Text:
         )
     return text(
         "{evidence}, which no single wiring mistake explains: check clips and contacts. Other causes: leads "
-        "of more resistance than the setting wiring_leads allows, or a winding much warmer or colder than "
-        "when its resistance was measured",
+        "of more resistance than the setting wiring_leads allows, or a winding much warmer or colder, or contacts much worse or better, "
+        "than when its resistance was measured",
         evidence=evidence,
     )

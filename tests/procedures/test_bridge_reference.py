@@ -4,7 +4,8 @@ import pytest
 
 from drivers.interfaces import Accuracy, ImpedanceReading
 from procedures.core.actions import Connect, Socket, Terminal
-from procedures.estimation.winding.wiring import WiringOutcome
+from procedures.estimation.fitting.intervals import Interval
+from procedures.estimation.winding.wiring import Pole, WiringOutcome
 from procedures.verification import bridge_evidence
 from procedures.verification.lines import Lines
 
@@ -30,3 +31,16 @@ def test_against_its_own_lines_it_tells_one_connection_from_another() -> None:
     lines.read_by_bridge([2.0 * PHASE + 0.7 * LIMIT] * 3, 1e-3, 20.0)
     told = bridge_evidence.judged(ALIGNED, reading(2.0 * PHASE + 0.7 * LIMIT), lines.for_bridge({}))
     assert told.outcome is WiringOutcome.WRONG
+
+
+@pytest.mark.parametrize(("contacts", "known"), [(0.0, True), (0.03, True), (0.2, False)])
+def test_lines_whose_contacts_differ_are_held_against_less_or_nothing(contacts: float, known: bool) -> None:
+    lines = Lines()
+    lines.read_by_bridge((0.16, 0.16, 0.16), 0.002, 20.0, contacts=contacts)
+    lines.suppose("lcr_meter", (Pole.PLUS, Pole.MINUS, Pole.OPEN), Interval(0.15, 0.17))
+    for found in (lines.for_bridge({}), lines.for_supply({}, 0.05)):
+        assert (found is not None) is known
+        if found is not None:
+            assert found.tolerance >= 0.08 + contacts
+    if not known:
+        assert lines.supposed_for_bridge() is None

@@ -73,6 +73,11 @@ class Unsettled:
     excess: float = 0.0
     warm: bool = False
 
+    @property
+    def contacts(self) -> float:
+        """By what share a line may be too large through its contacts; 0 where none was seen to differ."""
+        return self.excess if any(finding.cause is Cause.CONTACT for finding in self.misfit.findings) else 0.0
+
 
 def read_again(
     first: Sequence[float],
