@@ -28,23 +28,6 @@ def test_bridges_give_the_inductance_for_slow_changes(motorbench, tmp_path, coup
         assert "second-time-constant" in {warning["id"] for warning in given["procedures"][name]["warnings"]}
 
 
-@pytest.mark.parametrize("slow", [True, False])
-def test_what_iron_takes_is_no_resistance_of_the_winding(motorbench, tmp_path, slow):
-    text = (MOTORS / "gimbal.toml").read_text(encoding="utf-8")
-    motor = tmp_path / "eddy.toml"
-    iron = "\n[virtual.iron]\neddy_coupling = 0.5\neddy_resistance = 0.4\n" if slow else ""
-    motor.write_text(text + iron, encoding="utf-8")
-    status, given = motorbench("run", "stator-resistance", "--station", "virtual", "--motor", str(motor))
-    assert status == 0
-    parameter = given["parameters"]["stator_resistance"]
-    low, high = parameter["coverage_interval"]
-    assert low <= parameter["truth"] <= high
-    told = [(said["cause"], said["answer"]) for said in given["misfit"]]
-    assert told == ([("second-time-constant", "modelled")] if slow else [])
-    if slow:
-        assert parameter["note_value"] > 1.004 * parameter["truth"]
-
-
 def test_a_bridge_of_few_frequencies_measures_at_its_own(motorbench, monkeypatch):
     own = KeysightE4980A.configure
 

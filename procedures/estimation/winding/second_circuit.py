@@ -1,4 +1,4 @@
-"""Inductance and resistance for slow changes of a winding beside a closed second circuit, from a bridge at several frequencies."""
+"""The inductance for slow changes of a winding beside a closed second circuit, from a bridge's readings at several frequencies."""
 
 import math
 from collections.abc import Sequence
@@ -30,16 +30,14 @@ class SeriesReading:
 @dataclass(frozen=True)
 class SecondCircuit:
     """A closed circuit coupled to a winding: its `time_constant` (s) and `coupling` k², the share of the inductance that it
-    removes at high frequency; `inductance` for slow changes (H), known within ± `half_width`; `resistance` (Ω) likewise, within ±
-    `resistance_half_width`; `score`, how far beyond chance it is seen.
+    removes at high frequency; `inductance` for slow changes (H), known within ± `half_width`; `score`, how far beyond chance it
+    is seen.
     """
 
     time_constant: float
     coupling: float
     inductance: float
     half_width: float
-    resistance: float
-    resistance_half_width: float
     score: float
 
 
@@ -48,8 +46,7 @@ def second_circuit(readings: Sequence[SeriesReading]) -> SecondCircuit | None:
 
     With x = ωτ: R(ω) = R₀ + k²·L₀·ω·x/(1 + x²), L(ω) = L₀ − k²·L₀·x²/(1 + x²). For every τ the rest is linear. The rise of the resistance
     alone is no witness: a skin effect in the wire, of a small τ, leaves the inductance as it is. Iron is no single circuit: the interval
-    of the inductance holds the reading at the second frequency, and as much above the estimate; that of the resistance what losses that
-    grow with the frequency and its square leave of the readings.
+    holds the reading at the second frequency, and as much above the estimate.
     """
     omega = 2.0 * np.pi * np.array([r.frequency for r in readings])
     measured = np.array([*(r.resistance for r in readings), *(r.inductance for r in readings)])
@@ -61,29 +58,19 @@ def second_circuit(readings: Sequence[SeriesReading]) -> SecondCircuit | None:
     designs = np.empty((time_constants.size, measured.size, 3))
     designs[:, :, :2] = constant
     designs[:, :, 2] = _effects(omega, time_constants)
-    squares, values, spreads = _fitted(designs, measured, spread)
+    squares, values, u_slow = _fitted(designs, measured, spread)
     possible = values[:, 2] > 0.0
     if not possible.any():
         return None
     best = int(np.argmin(np.where(possible, squares, np.inf)))
-    direct, slow, coupled = (float(value) for value in values[best])
-    least = float(squares[best])
+    slow, coupled, least = float(values[best, 1]), float(values[best, 2]), float(squares[best])
     score = float(plain) - least
     if score < _SEEN:
         return None
     near = possible & (squares < least + _WITHIN)
     beyond = max(slow - readings[1].inductance, 0.0)
-    known = np.max(np.abs(values[near, :2] - values[best, :2]) + 2.0 * spreads[near, :2], axis=0)
-    by_losses = np.linalg.solve(np.vander(omega, increasing=True), measured[: omega.size])[0]
-    return SecondCircuit(
-        float(time_constants[best]),
-        coupled / slow,
-        slow,
-        max(beyond, float(known[1])),
-        direct,
-        max(abs(float(by_losses) - direct), float(known[0])),
-        math.sqrt(score),
-    )
+    half_width = max(beyond, float(np.max(np.abs(values[near, 1] - slow) + 2.0 * u_slow[near])))
+    return SecondCircuit(float(time_constants[best]), coupled / slow, slow, half_width, math.sqrt(score))
 
 
 def _effects(omega: FloatArray, time_constants: FloatArray) -> FloatArray:
@@ -93,11 +80,11 @@ def _effects(omega: FloatArray, time_constants: FloatArray) -> FloatArray:
 
 
 def _fitted(designs: FloatArray, measured: FloatArray, spread: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return χ², the coefficients, and their standard uncertainties, for a stack of designs (…, readings, coefficients)."""
+    """Return χ², the coefficients, and the second one's standard uncertainty, for a stack of designs (…, readings, coefficients)."""
     weighted, aim = designs / spread[:, None], measured / spread
     scale = np.sqrt(np.sum(weighted**2, axis=-2))
     weighted /= scale[..., None, :]
     inverse = np.linalg.pinv(weighted)
     values = inverse @ aim
     left = aim - (weighted @ values[..., None])[..., 0]
-    return np.sum(left**2, axis=-1), values / scale, np.linalg.norm(inverse, axis=-1) / scale
+    return np.sum(left**2, axis=-1), values / scale, np.linalg.norm(inverse[..., 1, :], axis=-1) / scale[..., 1]
