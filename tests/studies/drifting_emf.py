@@ -14,7 +14,13 @@ from bench.analysis.back_emf import analyze_back_emf
 from bench.captures import CaptureError
 
 FloatArray = NDArray[np.float64]
-SPEEDS = ("steady", "drifting by up to ±30 %", "running down to 22 … 82 %", "drifting, with a ripple of 0.2 … 5 %")
+SPEEDS = (
+    "steady",
+    "drifting by up to ±30 %",
+    "running down to 22 … 82 %",
+    "drifting, with a ripple of 0.2 … 5 %",
+    "swinging by 0.1 … 5 %, 0.4 … 6 times",
+)
 
 
 def course(kind: str, place: FloatArray, turning: FloatArray, random: np.random.Generator) -> FloatArray:
@@ -24,6 +30,9 @@ def course(kind: str, place: FloatArray, turning: FloatArray, random: np.random.
         result = result * (1.0 + random.uniform(-0.3, 0.3) * place)
     if kind.startswith("running"):
         result = result * np.exp(-place * random.uniform(0.2, 1.5))
+    if kind.startswith("swinging"):
+        swing, times, begin = random.uniform(0.001, 0.05), random.uniform(0.4, 6.0), random.uniform(0.0, 6.3)
+        result = result * (1.0 + swing * np.sin(2.0 * np.pi * times * place + begin))
     if "ripple" in kind:
         result = result * (
             1.0
