@@ -148,7 +148,7 @@ class Script:
         asked_for = self._settings.get(point.parameter) == point.value
         if offered and asked_for and not any(math.isclose(point.value, one, rel_tol=1e-6) for one in offered):
             error = NotOfferedError(point.instrument, point.parameter, point.value, point.unit, offered)
-            self.violations.append((self._where(), error.text.render(self._translate)))
+            self._violated(error.text.render(self._translate))
         self._add(ScriptLine("set point", point.instrument, point.call, set_point=point))
         key = (point.instrument, point.parameter)
         before = self.highest.get(key)
@@ -182,7 +182,13 @@ class Script:
 
     def _refused(self, instrument: str, error: str) -> None:
         if instrument in _LIMITED and error.startswith(_REFUSALS):
-            self.violations.append((self._where(), error.partition(": ")[2]))
+            self._violated(error.partition(": ")[2])
+
+    def _violated(self, refusal: str) -> None:
+        violation = self._where(), refusal
+        # A setting that is restored passes the same limit again.
+        if violation not in self.violations:
+            self.violations.append(violation)
 
     def _where(self) -> str:
         return self.procedures[-1].name if self.procedures else ""

@@ -18,6 +18,7 @@ from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.steps import step
+from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.winding import resistance, unbalance
 from procedures.estimation.winding.closing import ReadAgain, Unsettled, read_again
@@ -35,6 +36,7 @@ from procedures.techniques.temperature.settings import (
 )
 from procedures.techniques.winding.closing_reading import allowed_for, closed
 from procedures.techniques.winding.short_correction import short_correct
+from procedures.techniques.winding.slow_inductance import UNCHANGED, Slow, slow_resistance
 from procedures.verification.settings import WiringSettings
 
 #: The note's own coefficient, per kelvin from 25 °C (§3.2.1, E7).
@@ -72,11 +74,14 @@ class StatorResistanceSettings(WiringSettings):
 
 @dataclass(frozen=True)
 class LineReadings:
-    """Mean reading (Ω) of each line pair with its uncertainty, the bridge's accuracy there, and what reading them again showed."""
+    """Mean reading (Ω) of each line pair with its uncertainty, the bridge's accuracy there, what reading them again showed, and what
+    higher frequencies did.
+    """
 
     quantities: dict[LinePair, UncertainReal]
     accuracies: dict[LinePair, Accuracy]
     unsettled: Unsettled
+    slow: Slow = UNCHANGED
 
     @property
     def values(self) -> dict[LinePair, float]:
@@ -190,9 +195,14 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
             pairs = self.wiring.bridge.lines_to_repeat({pair: mean for pair, (mean, _, _) in means.items()})
         accuracies = {pair: read[-1].resistance_accuracy for pair, read in readings.items()}
         quantities = {pair: self._line(pair, means[pair], accuracies[pair]) for pair in LINE_PAIRS}
-        lines = LineReadings(quantities, accuracies, self._close(readings))
-        scatter = max(uncertainty / mean for mean, uncertainty, _ in means.values())
-        read = tuple(lines.values.values()), lines.largest_error, settings.frequency, scatter
+        unsettled = self._close(readings)
+        # The last line is still connected.
+        at = settings.frequency, settings.level, settings.aperture
+        slow = slow_resistance(self, *at, self.gives, [read[-1].inductance for read in readings.values()])
+        lines = LineReadings(quantities, accuracies, unsettled, slow)
+        scatter = math.hypot(slow.unlike, max(uncertainty / mean for mean, uncertainty, _ in means.values()))
+        # A direct current reads less than the bridge by what losses take.
+        read = tuple(lines.values.values()), lines.largest_error + slow.most, settings.frequency, scatter
         self.bench.state.lines.read_by_bridge(*read, contacts=lines.unsettled.contacts)
         return lines
 
@@ -273,7 +283,7 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
             "winding_temperature": float(temperature.x),
             "at_working_temperature": {
                 "temperature": settings.working_temperature,
-                "value": float(working.y_equivalent.x),
+                "value": float(working.y_equivalent.x) * float(lines.slow.ratio.x),
             },
             "instrument_share": lines.largest_error,
         }
@@ -286,12 +296,12 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
             )
         self.report(
             "stator_resistance",
-            cold.y_equivalent * contacts,
+            cold.y_equivalent * contacts * lines.slow.ratio,
             section="3.2.2",
             estimator="mean of three line resistances, referred to 25 °C by copper's coefficient",
             note_value=float(phase.winding.x),
-            winding=float(cold.winding.x) if self.is_delta else None,
-            misfit=lines.unsettled.misfit,
+            winding=float(cold.winding.x) * float(lines.slow.ratio.x) if self.is_delta else None,
+            misfit=Misfit.together((lines.unsettled.misfit, lines.slow.misfit)),
         )
         relative = float(cold.y_equivalent.u) / float(cold.y_equivalent.x)
         if relative > settings.requested_uncertainty:

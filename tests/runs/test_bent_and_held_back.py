@@ -28,6 +28,23 @@ def test_bridges_give_the_inductance_for_slow_changes(motorbench, tmp_path, coup
         assert "second-time-constant" in {warning["id"] for warning in given["procedures"][name]["warnings"]}
 
 
+@pytest.mark.parametrize("coupled", [True, False])
+def test_what_iron_takes_is_no_resistance_of_the_winding(motorbench, tmp_path, coupled):
+    text = (MOTORS / "gimbal.toml").read_text(encoding="utf-8")
+    motor = tmp_path / "eddy.toml"
+    iron = "\n[virtual.iron]\neddy_coupling = 0.5\neddy_resistance = 0.4\n" if coupled else ""
+    motor.write_text(text + iron, encoding="utf-8")
+    # Losses differ between lines as their inductances do: no contact is to blame.
+    procedures = ("stator-resistance", "stator-resistance-dc")
+    status, given = motorbench("run", *procedures, "--station", "virtual", "--motor", str(motor))
+    assert status == 0
+    for name in procedures:
+        low, high = given["procedures"][name]["parameters"]["stator_resistance"]["coverage_interval"]
+        assert low <= given["parameters"]["stator_resistance"]["truth"] <= high
+    told = [(said["cause"], said["answer"]) for said in given["misfit"]]
+    assert told == ([("second-time-constant", "modelled")] if coupled else [])
+
+
 def test_a_bridge_of_few_frequencies_measures_at_its_own(motorbench, monkeypatch):
     own = KeysightE4980A.configure
 

@@ -133,6 +133,14 @@ _SEEN_IN_BRIDGE = {
         "reads more of it"
     ),
 }
+#: What is said of a bridge's resistance at several frequencies: `record` = "bridge-resistance".
+_SEEN_IN_BRIDGE_RESISTANCE = {
+    Cause.SECOND_TIME_CONSTANT: text(
+        "the resistance at {highest:g} Hz is {rise:.1%} above that at {frequency:g} Hz, as losses in iron or magnets, or shorted turns, "
+        "cause it: {least:.1%} to {most:.1%} of the reading at {frequency:g} Hz is theirs and not the winding's. A direct current reads "
+        "none of it"
+    ),
+}
 #: What is said of lines that two instruments have read: `record` = "lines".
 _SEEN_IN_LINES = {
     Cause.CONTACT: text(
@@ -182,6 +190,7 @@ SENTENCES = {
     "four-wire-scatter": _SEEN_IN_FOUR_WIRE_SCATTER,
     "four-wire-settling": _SEEN_IN_FOUR_WIRE_SETTLING,
     "bridge": _SEEN_IN_BRIDGE,
+    "bridge-resistance": _SEEN_IN_BRIDGE_RESISTANCE,
     "lines": _SEEN_IN_LINES,
     "sweep": _SEEN_IN_SWEEP,
     "hand-sweep": _SEEN_IN_HAND_SWEEP,

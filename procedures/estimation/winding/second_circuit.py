@@ -1,4 +1,4 @@
-"""The inductance for slow changes of a winding beside a closed second circuit, from a bridge's readings at several frequencies."""
+"""Closed circuits beside a winding, from a bridge at several frequencies: inductance for slow changes, and what they add to R."""
 
 import math
 from collections.abc import Sequence
@@ -14,6 +14,12 @@ _PRODUCTS = np.geomspace(0.02, 300.0, 400)
 _SEEN = 25.0
 #: Time constants within so much of the best χ² may be the true one.
 _WITHIN = 4.0
+#: Time constants (s) of circuits that may add to a resistance. A slower one adds the same at all frequencies.
+_LOSSY = np.geomspace(1e-6, 0.03, 40)
+#: Limit of error over the standard uncertainty.
+_LIMIT = math.sqrt(3.0)
+#: Share of the inductance that all circuits together take away at most.
+_LARGEST_SHARE = 0.95
 
 
 @dataclass(frozen=True)
@@ -71,6 +77,44 @@ def second_circuit(readings: Sequence[SeriesReading]) -> SecondCircuit | None:
     beyond = max(slow - readings[1].inductance, 0.0)
     half_width = max(beyond, float(np.max(np.abs(values[near, 1] - slow) + 2.0 * u_slow[near])))
     return SecondCircuit(float(time_constants[best]), coupled / slow, slow, half_width, math.sqrt(score))
+
+
+def resistance_of_losses(readings: Sequence[SeriesReading]) -> tuple[float, float] | None:
+    """Return between which bounds (Ω) closed circuits and losses add to the last reading's resistance; None where they explain none.
+
+    The bounds hold for any number of circuits of time constants up to 30 ms and losses that grow with the frequency or its square,
+    which leave each reading within its limits of error. That of the last resistance counts to the others. The lowest frequency is last.
+    """
+    from scipy.optimize import linprog
+
+    last, higher = readings[-1], readings[:-1]
+    omega = 2.0 * np.pi * np.array([r.frequency for r in readings])
+    circuits = _effects(omega, _LOSSY).T
+    times = omega / omega[-1]
+    # Columns: the inductance for slow changes, losses that grow with the frequency and its square, what each circuit takes of it.
+    added = np.column_stack(
+        (np.zeros_like(times), times * last.resistance, times**2 * last.resistance, circuits[: times.size])
+    )
+    inductances = np.column_stack((np.ones_like(times), np.zeros((times.size, 2)), circuits[times.size :]))
+    rows = np.concatenate((added[:-1] - added[-1], inductances))
+    aim = np.array([*(r.resistance - last.resistance for r in higher), *(r.inductance for r in readings)])
+    limits = _LIMIT * np.array(
+        [*(r.u_resistance + last.u_resistance for r in higher), *(r.u_inductance for r in readings)]
+    )
+    # Circuits are counted in the inductance, so that all unknowns are of the size of one.
+    rows[:, [0, *range(3, rows.shape[1])]] *= last.inductance
+    lost = added[-1] / last.resistance
+    lost[3:] *= last.inductance
+    rows, aim = rows / limits[:, None], aim / limits
+    share = np.concatenate(([-_LARGEST_SHARE, 0.0, 0.0], np.ones(_LOSSY.size)))
+    bounds = np.concatenate((rows, -rows, share[None]))
+    # An instrument beyond its limits, or iron that is no such circuits, is given more room.
+    for room in (1.0, 2.0, 4.0):
+        most = np.concatenate((aim + room, room - aim, [0.0]))
+        least, largest = (linprog(sign * lost, A_ub=bounds, b_ub=most).fun for sign in (1.0, -1.0))
+        if least is not None and largest is not None:
+            return last.resistance * float(least), -last.resistance * float(largest)
+    return None
 
 
 def _effects(omega: FloatArray, time_constants: FloatArray) -> FloatArray:

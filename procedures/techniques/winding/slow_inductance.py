@@ -1,6 +1,7 @@
-"""A bridge's reading at the test frequency is held against lower frequencies: iron and magnets may hold back part of the field."""
+"""A bridge's reading at the test frequency is held against other frequencies: iron and magnets may hold back part of the field."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,10 +12,12 @@ from drivers.interfaces import Aperture, ImpedanceReading, SetpointError
 from drivers.interfaces.text import text
 from procedures.core.procedure import Procedure
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
-from procedures.estimation.winding.second_circuit import SeriesReading, second_circuit
+from procedures.estimation.winding.second_circuit import SeriesReading, resistance_of_losses, second_circuit
 
 #: The lower frequency for the inductance, over the test frequency, and the one for the resistance (Hz).
 _LOWER, _LOWEST = 0.25, 20.0
+#: The higher frequencies for the resistance, over the test frequency.
+_HIGHER = (4.0, 2.0)
 #: A difference from this share of the inductance on is told; an interval beyond this share says nothing.
 _LEAST, _MOST = 2e-3, 0.25
 _RECTANGULAR = 1.0 / math.sqrt(3.0)
@@ -22,10 +25,15 @@ _RECTANGULAR = 1.0 / math.sqrt(3.0)
 
 @dataclass(frozen=True)
 class Slow:
-    """Inductance for slow changes over that at the test frequency, and what was seen."""
+    """Inductance, or resistance, for slow changes over that at the test frequency, and what was seen.
+
+    `most` is the largest share of a resistance that is not the winding's, by `unlike` it differs between lines.
+    """
 
     ratio: UncertainReal
     misfit: Misfit = NO_MISFIT
+    most: float = 0.0
+    unlike: float = 0.0
 
 
 #: Where nothing was read at other frequencies.
@@ -39,20 +47,9 @@ def slow_inductance(
 
     A person who types every reading is not asked for more.
     """
-    bridge, lower = procedure.bench.lcr_meter, _LOWER * frequency
-    if bridge.read_by_hand or lower <= 2.0 * _LOWEST:
-        return UNCHANGED
-    readings = [_series(bridge.measure())]
-    try:
-        for other in (lower, _LOWEST):
-            bridge.configure(other, level, aperture)
-            readings.append(_series(bridge.measure()))
-    except SetpointError:
-        # A bridge of few frequencies says nothing here; what it has is measured as before.
-        bridge.configure(frequency, level, aperture)
-        return UNCHANGED
-    bridge.configure(frequency, level, aperture)
-    found = second_circuit(readings)
+    lower = _LOWER * frequency
+    readings = _read(procedure, frequency, (lower, _LOWEST), level, aperture) if lower > 2.0 * _LOWEST else ()
+    found = second_circuit(readings) if readings else None
     if found is None:
         return UNCHANGED
     at_frequency = readings[0].inductance
@@ -73,6 +70,68 @@ def slow_inductance(
     # What is too little to be told, as a skin effect in the wire leaves it, is in the interval all the same.
     told = answer is Answer.WITHHELD or found.inductance - at_frequency > _LEAST * at_frequency
     return Slow(ratio, Misfit((finding,)) if told else NO_MISFIT)
+
+
+def slow_resistance(
+    procedure: Procedure[Any],
+    frequency: float,
+    level: float,
+    aperture: Aperture,
+    parameters: tuple[str, ...],
+    others: Sequence[float],
+) -> Slow:
+    """Read the line that is connected at the test frequency (Hz) and above, and leave the bridge as it was: losses add to a resistance.
+
+    `others` are the inductances (H) of all lines at the test frequency, which losses may follow. A person who types every reading is
+    not asked for more.
+    """
+    higher = [times * frequency for times in _HIGHER]
+    read = _read(procedure, frequency, higher, level, aperture)
+    # The lowest frequency comes last.
+    readings = (*read[1:], *read[:1])
+    found = second_circuit(readings) if readings else None
+    if found is None:
+        return UNCHANGED
+    last = readings[-1]
+    lost = resistance_of_losses(readings)
+    if lost is None:
+        low, high = 0.0, 1.0
+    else:
+        line = sum(others) / len(others) / last.inductance
+        low, high = min(1.0, line) * lost[0] / last.resistance, max(1.0, line) * lost[1] / last.resistance
+    more, half_width = (low + high) / 2.0, (high - low) / 2.0
+    answer = Answer.WITHHELD if half_width > _MOST else Answer.MODELLED
+    figures: dict[str, float | str] = {
+        "record": "bridge-resistance",
+        "frequency": frequency,
+        "highest": higher[0],
+        "rise": readings[0].resistance / last.resistance - 1.0,
+        "least": low,
+        "most": high,
+    }
+    finding = Finding(Cause.SECOND_TIME_CONSTANT, answer, parameters, found.score, figures)
+    ratio = procedure.bench.uncertainties.limit(text("a second circuit beside the winding"), 1.0 - more, half_width)
+    misfit = Misfit((finding,)) if high > _LEAST else NO_MISFIT
+    return Slow(ratio, misfit, high, high * (max(others) - min(others)) / max(others))
+
+
+def _read(
+    procedure: Procedure[Any], frequency: float, others: Sequence[float], level: float, aperture: Aperture
+) -> tuple[SeriesReading, ...]:
+    """Return what is connected at the test frequency and the others (Hz), none where the bridge lacks one or is read by hand."""
+    bridge = procedure.bench.lcr_meter
+    if bridge.read_by_hand:
+        return ()
+    readings = [_series(bridge.measure())]
+    try:
+        for other in others:
+            bridge.configure(other, level, aperture)
+            readings.append(_series(bridge.measure()))
+    except SetpointError:
+        # A bridge of few frequencies says nothing here; what it has is measured as before.
+        readings.clear()
+    bridge.configure(frequency, level, aperture)
+    return tuple(readings)
 
 
 def _series(reading: ImpedanceReading) -> SeriesReading:

@@ -1,13 +1,14 @@
 """A closed circuit beside a winding, seen by a bridge at three frequencies."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.estimation.winding.second_circuit import SeriesReading, second_circuit
+from procedures.estimation.winding.second_circuit import SeriesReading, resistance_of_losses, second_circuit
 from sim_instruments.instruments.keysight.e4980a.accuracy import basic_accuracy, short_offset
 
 FREQUENCIES = (1000.0, 250.0, 20.0)
@@ -16,10 +17,10 @@ WINDINGS = ((3.8e-3, 11.0), (7e-4, 0.6), (1.5e-4, 0.5), (2e-2, 5.0))
 ERRORS = st.lists(st.floats(min_value=-1.0, max_value=1.0), min_size=6, max_size=6)
 
 
-def readings(inductance, resistance, errors, *, coupling=0.0, time_constant=1e-4, skin=0.0):
+def readings(inductance, resistance, errors, *, coupling=0.0, time_constant=1e-4, skin=0.0, frequencies=FREQUENCIES):
     """Return what a bridge within its limits of error reads; `skin` is the rise of the wire's resistance at 1 kHz."""
     found = []
-    for place, frequency in enumerate(FREQUENCIES):
+    for place, frequency in enumerate(frequencies):
         omega = 2.0 * math.pi * frequency
         shorted = 1.0 / (1.0 / time_constant + 1j * omega)
         impedance = resistance * (1.0 + skin * (frequency / 1000.0) ** 2) + 1j * omega * inductance
@@ -90,3 +91,34 @@ def test_several_circuits_at_once_are_held_too():
     found = second_circuit(both)
     assert found is not None
     assert abs(found.inductance - 3.8e-3) <= found.half_width
+
+
+@given(
+    st.sampled_from(WINDINGS),
+    ERRORS,
+    st.lists(st.tuples(st.floats(0.0, 0.3), st.floats(1e-5, 0.03)), min_size=1, max_size=3),
+    st.floats(0.0, 0.02),
+    st.sampled_from([1.0, 1.5, 2.0]),
+)
+def test_what_losses_add_to_a_resistance_is_within_its_bounds(winding, errors, circuits, loss, power):
+    frequencies = (80.0, 40.0, 20.0)
+    resistance = winding[1]
+    read = readings(*winding, errors, frequencies=frequencies)
+    still = readings(*winding, [0.0] * 6, frequencies=frequencies)
+    for coupling, time_constant in circuits:
+        parts = readings(*winding, [0.0] * 6, coupling=coupling, time_constant=time_constant, frequencies=frequencies)
+        read = [
+            replace(
+                r,
+                resistance=r.resistance + p.resistance - s.resistance,
+                inductance=r.inductance + p.inductance - s.inductance,
+            )
+            for r, p, s in zip(read, parts, still, strict=True)
+        ]
+    read = [replace(r, resistance=r.resistance + loss * resistance * (r.frequency / 20.0) ** power) for r in read]
+    bounds = resistance_of_losses(read)
+    assert bounds is not None
+    error = errors[-2] * math.sqrt(3.0) * still[-1].u_resistance
+    added = read[-1].resistance - error - resistance
+    limit = math.sqrt(3.0) * still[-1].u_resistance
+    assert bounds[0] - limit * 1e-6 <= added <= bounds[1] + limit * 1e-6
