@@ -31,7 +31,7 @@ class StationPart:
         self._station = ui.element("div").classes("w-full")
         with self._station:
             if self._panel.station == VIRTUAL:
-                ui.label(say(text("The virtual bench: every instrument is there; nothing can be harmed."))).classes(
+                ui.label(say(text("The virtual bench: its instruments are simulated; nothing can be harmed."))).classes(
                     "text-base"
                 )
                 return

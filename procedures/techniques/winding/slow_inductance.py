@@ -11,16 +11,21 @@ from GTC.lib import UncertainReal
 from drivers.interfaces import Aperture, ImpedanceReading, SetpointError
 from drivers.interfaces.text import text
 from procedures.core.procedure import Procedure
+from procedures.estimation.fitting.intervals import Interval
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
-from procedures.estimation.winding.second_circuit import SeriesReading, resistance_of_losses, second_circuit
+from procedures.estimation.winding.second_circuit import SeriesReading, second_circuit
 
-#: The lower frequency for the inductance, over the test frequency, and the one for the resistance (Hz).
-_LOWER, _LOWEST = 0.25, 20.0
+#: Lower frequencies over the test frequency, off the mains' where that is 1 kHz, and the lowest (Hz), which tells the resistance.
+_LOWER, _LOWEST = (0.25, 0.09, 0.04), 20.0
 #: The higher frequencies for the resistance, over the test frequency.
 _HIGHER = (4.0, 2.0)
+#: Time constants (s) of circuits up to which the intervals hold: those of iron and magnets, and any that the bridge tells from none.
+_IRON, _ANY = 5e-3, 0.03
 #: A difference from this share of the inductance on is told; an interval beyond this share says nothing.
 _LEAST, _MOST = 2e-3, 0.25
 _RECTANGULAR = 1.0 / math.sqrt(3.0)
+#: One fast circuit lies at an end of what any number of them allows: 95 % of a rectangular distribution are to reach beyond it.
+_TO_THE_ENDS = 1.1
 
 
 @dataclass(frozen=True)
@@ -43,17 +48,19 @@ UNCHANGED = Slow(ureal(1.0, 0.0))
 def slow_inductance(
     procedure: Procedure[Any], frequency: float, level: float, aperture: Aperture, parameters: tuple[str, ...]
 ) -> Slow:
-    """Read what is connected, at rest, at three frequencies (Hz), and leave the bridge as it was.
+    """Read what is connected, at rest, at the test frequency (Hz) and below, and leave the bridge as it was.
 
     A person who types every reading is not asked for more.
     """
-    lower = _LOWER * frequency
-    readings = _read(procedure, frequency, (lower, _LOWEST), level, aperture) if lower > 2.0 * _LOWEST else ()
-    found = second_circuit(readings) if readings else None
+    lower = [share * frequency for share in _LOWER if share * frequency >= 2.0 * _LOWEST]
+    readings = _read(procedure, frequency, (*lower, _LOWEST), level, aperture) if lower else ()
+    found = second_circuit(readings, _IRON) if readings else None
     if found is None:
         return UNCHANGED
     at_frequency = readings[0].inductance
-    answer = Answer.WITHHELD if found.half_width > _MOST * found.inductance else Answer.MODELLED
+    held = found.inductance or Interval(0.0, 2.0 * at_frequency)
+    inductance, half_width = (held.low + held.high) / 2.0, _TO_THE_ENDS * (held.high - held.low) / 2.0
+    answer = Answer.WITHHELD if half_width > _MOST * inductance else Answer.MODELLED
     figures: dict[str, float | str] = {
         "record": "bridge",
         "time_constant": found.time_constant,
@@ -61,14 +68,14 @@ def slow_inductance(
         "frequency": frequency,
         "lowest": _LOWEST,
         "rise": readings[0].resistance / readings[-1].resistance - 1.0,
-        "more": found.inductance / at_frequency - 1.0,
+        "more": inductance / at_frequency - 1.0,
     }
     finding = Finding(Cause.SECOND_TIME_CONSTANT, answer, parameters, found.score, figures)
     ratio = procedure.bench.uncertainties.limit(
-        text("a second circuit beside the winding"), found.inductance / at_frequency, found.half_width / at_frequency
+        text("a second circuit beside the winding"), inductance / at_frequency, half_width / at_frequency
     )
     # What is too little to be told, as a skin effect in the wire leaves it, is in the interval all the same.
-    told = answer is Answer.WITHHELD or found.inductance - at_frequency > _LEAST * at_frequency
+    told = answer is Answer.WITHHELD or inductance - at_frequency > _LEAST * at_frequency
     return Slow(ratio, Misfit((finding,)) if told else NO_MISFIT)
 
 
@@ -89,17 +96,16 @@ def slow_resistance(
     read = _read(procedure, frequency, higher, level, aperture)
     # The lowest frequency comes last.
     readings = (*read[1:], *read[:1])
-    found = second_circuit(readings) if readings else None
+    found = second_circuit(readings, _ANY) if readings else None
     if found is None:
         return UNCHANGED
     last = readings[-1]
-    lost = resistance_of_losses(readings)
-    if lost is None:
-        low, high = 0.0, 1.0
-    else:
-        line = sum(others) / len(others) / last.inductance
-        low, high = min(1.0, line) * lost[0] / last.resistance, max(1.0, line) * lost[1] / last.resistance
-    more, half_width = (low + high) / 2.0, (high - low) / 2.0
+    held = found.resistance or Interval(0.0, 2.0 * last.resistance)
+    # Losses of the other lines may be to this one's as their inductances are.
+    line = sum(others) / len(others) / last.inductance
+    low = max(0.0, min(1.0, line) * (1.0 - held.high / last.resistance))
+    high = max(1.0, line) * (1.0 - held.low / last.resistance)
+    more, half_width = (low + high) / 2.0, _TO_THE_ENDS * (high - low) / 2.0
     answer = Answer.WITHHELD if half_width > _MOST else Answer.MODELLED
     figures: dict[str, float | str] = {
         "record": "bridge-resistance",
