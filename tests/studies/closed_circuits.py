@@ -68,11 +68,9 @@ def main() -> None:
             if not widths:
                 print(f"{which:<3}{row:<28}{seen:>9.1f}{'-':>9}{'-':>15}{'-':>20}{'-':>10}", flush=True)
                 continue
-            kept = 100.0 * np.mean(np.array(beyond) <= 0.02)
-            print(
-                f"{which:<3}{row:<28}{seen:>9.1f}{kept:>9.1f}{100 * np.median(widths):>15.2f}{1.0 + max(beyond):>20.2f}{sum(b > 2.0 for b in beyond):>10}",
-                flush=True,
-            )
+            kept, far = 100.0 * np.mean(np.array(beyond) <= 0.02), sum(b > 2.0 for b in beyond)
+            width, worst = 100.0 * np.median(widths), 1.0 + max(beyond)
+            print(f"{which:<3}{row:<28}{seen:>9.1f}{kept:>9.1f}{width:>15.2f}{worst:>20.2f}{far:>10}", flush=True)
 
 
 if __name__ == "__main__":
