@@ -11,8 +11,8 @@ from procedures.estimation.fitting.intervals import Interval
 
 #: Time constants that are tried for one circuit, over that of the highest test frequency, 1/ω.
 _PRODUCTS = np.geomspace(0.02, 300.0, 400)
-#: A second circuit is seen where it takes so much off χ²: more than a bridge within its limits shows without one.
-_SEEN = 25.0
+#: A second circuit is seen where it takes so much off χ²: errors anywhere within a bridge's limits do so once in two hundred times.
+_SEEN = 8.0
 #: Time constants within so much of the best χ² may be the true one.
 _WITHIN = 4.0
 #: Limit of error over the standard uncertainty.

@@ -12,6 +12,7 @@ EMF = ("back-emf-constant",)
 RAMPS = ("inertia",)
 LEVELS = ("torque-constant",)
 SWEEP = ("dq-inductance-extremes",)
+BRIDGES = ("dq-inductance-extremes", "dq-inductance-aligned")
 BRIDGE_AND_WIRES = ("stator-resistance", "stator-resistance-dc")
 WIRES = ("stator-resistance-dc",)
 _TURN = 2.0 * math.pi
@@ -283,6 +284,8 @@ LISTED = (
     Cause("slope", STEP, _wander(True)),
     Cause("saturation", STEP, _saturation),
     Cause("second-time-constant", STEP, _eddy),
+    Cause("second-time-constant", BRIDGES, _eddy),
+    Cause("second-time-constant", BRIDGE_AND_WIRES, _eddy),
     Cause("speed-trend", EMF, _emf_of_speed),
     Cause("windage", RAMPS, _windage),
     Cause("stribeck", RAMPS, _stribeck),
