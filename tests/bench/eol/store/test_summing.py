@@ -43,7 +43,10 @@ def short_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("bench.eol.store.summing.GROWTH", 2)
 
 
-def record_of(number: int, serial: int, batch: str, verdict: Verdict, value: float, high: float) -> MotorRecord:
+def record_of(
+    number: int, serial: int, batch: str, verdict: Verdict, value: float, high: float, hours: int = 1
+) -> MotorRecord:
+    """A record; the clock goes on by so many hours with each number, or is put back, and it is its motor's test of that number."""
     passed = Verdict.PASS if value <= 10.0 else Verdict.FAIL
     return motor_record(
         number,
@@ -53,10 +56,11 @@ def record_of(number: int, serial: int, batch: str, verdict: Verdict, value: flo
         station=f"line {number % 2}",
         socket=str(number % 3),
         golden=serial == 0,
+        test_number=number,
         verdict=verdict,
         first_pass=verdict is Verdict.PASS and passed is Verdict.PASS,
-        started=NOON + timedelta(hours=number),
-        ended=NOON + timedelta(hours=number),
+        started=NOON + timedelta(hours=hours * number),
+        ended=NOON + timedelta(hours=hours * number),
         measured=(
             MeasuredFigure("r", value, "Ω", 0.01, 0.02, LIMITS[0], high, Verdict.PASS),
             MeasuredFigure("open", 2.0 * value, "Ω", 0.01, 0.02, -math.inf, math.inf, Verdict.PASS),
@@ -141,8 +145,8 @@ STEPS = st.lists(
 
 
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(STEPS)
-def test_statistics_are_those_of_the_records(engine: Engine, records: Records, steps: list[Any]) -> None:
+@given(STEPS, st.sampled_from([1, -1]))
+def test_statistics_are_those_of_the_records(engine: Engine, records: Records, steps: list[Any], hours: int) -> None:
     with engine.begin() as connection:
         connection.execute(delete(MOTOR))
         connection.execute(delete(REPEATED_SERIAL))
@@ -156,7 +160,7 @@ def test_statistics_are_those_of_the_records(engine: Engine, records: Records, s
             records.remove(step[-1])
             kept = [each for each in kept if each.batch != step[-1]]
         else:
-            kept.append(record_of(number, *step))
+            kept.append(record_of(number, *step, hours))
             records.save(kept[-1])
     asked = [((), "big"), (("A",), "big"), (("A", "B"), ""), ((), "")]
     before = [statistics(engine, *each) for each in asked]
