@@ -200,6 +200,25 @@ def test_a_newer_database_that_allows_this_version_is_read_and_written(
     other.dispose()
 
 
+def test_tables_that_others_use_are_left_alone(
+    reference: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    older(reference, "0010")
+    monkeypatch.setattr("bench.eol.store.table_versions._UPGRADE", 0.05)
+    engine = create_engine(database_url(reference))
+    with engine.connect() as holder:
+        if engine.dialect.name == "sqlite":
+            holder.exec_driver_sql("BEGIN IMMEDIATE")
+        else:
+            holder.exec_driver_sql("LOCK TABLE motor IN ACCESS SHARE MODE")
+        code, _, said = called(capsys, "eol", "migrate", "--records", reference)
+    engine.dispose()
+    assert code == 1
+    assert "other programs use its tables" in said
+    assert "Nothing was changed; give the command again" in said
+    assert called(capsys, "eol", "migrate", "--records", reference)[0] == 0
+
+
 def test_a_database_without_records_is_none(reference: str, capsys: pytest.CaptureFixture[str]) -> None:
     if "://" not in reference:
         create_engine(database_url(reference)).connect().close()
