@@ -114,11 +114,24 @@ def _explained(engine: Engine, url: URL) -> Iterator[None]:
     except BaseException as error:
         engine.dispose()
         if isinstance(error, DBAPIError):
+            if getattr(error.orig, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY):
+                raise _not_writable(url, error) from None
             message = at(_named(url), _in_use(error) if _is_held(error) else reason(error))
             # A database that is busy may be read the next time; a file that is none will not.
             busy = isinstance(error.orig, sqlite3.OperationalError) or not isinstance(error.orig, sqlite3.Error)
             raise (InputError if busy else FileError)(message) from None
         raise
+
+
+def _not_writable(url: URL, error: DBAPIError) -> FileError:
+    return FileError(
+        text(
+            "{named}: {reason}. SQLite writes beside the file, even to read it: give a file in a folder that exists and that you may "
+            "write to, or copy the file to one",
+            named=_named(url),
+            reason=reason(error),
+        )
+    )
 
 
 def _is_held(error: DBAPIError) -> bool:

@@ -52,7 +52,11 @@ def keep_repeated(connection: Connection, first: int, last: int) -> None:
         MOTOR.c.id.between(first, last),
         select(others.c.id).where(others.c.serial_number == MOTOR.c.serial_number, others.c.id != MOTOR.c.id).exists(),
     )
-    serial_numbers = list(connection.execute(again.distinct()).scalars())
+    keep_tests_of(connection, list(connection.execute(again.distinct()).scalars()))
+
+
+def keep_tests_of(connection: Connection, serial_numbers: Sequence[str]) -> None:
+    """Keep the judged tests of some serial numbers."""
     # By name: of a query within a query a server that plans it once for all stretches reads every attempt there is.
     for start in range(0, len(serial_numbers), _AT_ONCE):
         some = serial_numbers[start : start + _AT_ONCE]
