@@ -41,6 +41,10 @@ _COMMON: Mapping[str, Any] = {
     "at_once": MOTOR.c.first_pass & _PASSED,
 }
 _ORDER = ("place", "tests", "last_passed")
+#: Which test of its motor a kept one is, as its row says.
+_KEPT_NUMBER = (
+    select(MOTOR.c.test_number).where(MOTOR.c.id == REPEATED_TEST.c.motor).scalar_subquery().label("test_number")
+)
 #: A motor's tests one after the other: as many as each knew of before it. The clock, which may have been put back, comes second.
 ORDERED_BY = ("test_number", "started", "motor")
 
@@ -89,7 +93,7 @@ def _keep_in_order(connection: Connection, serial_numbers: Sequence[str], new: S
     """Keep new tests of some serial numbers, and say of each of their tests which it is."""
     table = REPEATED_TEST.c
     columns = (table.serial_number, table.started, table.motor, table.passed, *(table[name] for name in _ORDER))
-    query = _with_numbers(select(MOTOR.c.test_number, *columns)).where(table.serial_number.in_(serial_numbers))
+    query = select(_KEPT_NUMBER, *columns).where(table.serial_number.in_(serial_numbers))
     rows = sorted([*connection.execute(query).mappings(), *new], key=itemgetter("serial_number", *ORDERED_BY))
     inserted, changed = [], []
     for _, group in groupby(rows, key=itemgetter("serial_number")):
@@ -125,15 +129,13 @@ def not_in_order(connection: Connection, selection: Selection, told_apart: Colle
     """
     table, fields = REPEATED_TEST.c, {**PLACE, "step": step_of_start(connection)}
     chosen = true() if selection.everything else _of_batches(selection, table)
-    kept = _with_numbers(
-        select(
-            table.motor,
-            MOTOR.c.test_number,
-            *(table[name] for name in _COMMON),
-            chosen.label("chosen"),
-            table.attempts,
-            *(table[name] for name in told_apart),
-        )
+    kept = select(
+        table.motor,
+        _KEPT_NUMBER,
+        *(table[name] for name in _COMMON),
+        chosen.label("chosen"),
+        table.attempts,
+        *(table[name] for name in told_apart),
     )
     columns = (
         *(column.label(name) for name, column in _COMMON.items()),
@@ -155,11 +157,6 @@ def not_in_order(connection: Connection, selection: Selection, told_apart: Colle
         kept = kept.where(table.serial_number.not_in(selection.golden))
         read = read.where(MOTOR.c.serial_number.not_in(selection.golden))
     return kept.union_all(read).subquery("tests")
-
-
-def _with_numbers(tests: Select[Any]) -> Select[Any]:
-    """Return a query for kept tests with their motors' rows: which test of its motor each is stands there."""
-    return tests.join_from(REPEATED_TEST, MOTOR, MOTOR.c.id == REPEATED_TEST.c.motor)
 
 
 def _of_batches(selection: Selection, columns: Any) -> Any:
