@@ -82,8 +82,11 @@ class LiveLine:
         return await self._batch.say(message) if self._batch else text("no batch is running")
 
     async def _find(self) -> None:
-        # One that is scanned here comes first.
-        for name in (LINE, WATCHED_LINE):
+        # One that is scanned here comes first, and takes the place of one that is only watched.
+        watches = self._batch is not None and self._batch.announced == WATCHED_LINE
+        if self.running and not watches:
+            return
+        for name in (LINE,) if self.running else (LINE, WATCHED_LINE):
             for announced in self._runs.glob(f"*/{name}"):
                 if await self.follow(announced.parent, name):
                     return
@@ -91,5 +94,4 @@ class LiveLine:
     async def _follow(self) -> None:
         while True:
             await asyncio.sleep(_LOOK)
-            if not self.running:
-                await self._find()
+            await self._find()

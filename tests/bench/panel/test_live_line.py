@@ -4,13 +4,17 @@ import asyncio
 from contextlib import closing
 from pathlib import Path
 
+import pytest
+
+from bench.eol.line.admission.serial_numbers import QueuedSerials
 from bench.eol.line.batch_log import BatchMotor
 from bench.eol.line.panel_channel import PanelChannel
 from bench.panel.live.live_line import LiveLine
 from tests.bench.eol.motor_records import motor_record
 
 
-def test_a_batch_begun_elsewhere_is_followed_and_stopped(tmp_path: Path) -> None:
+def test_a_batch_begun_elsewhere_is_followed_and_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bench.panel.live.live_line._LOOK", 0.01)
     (tmp_path / "B1").mkdir()
     stopped: list[str] = []
 
@@ -25,6 +29,11 @@ def test_a_batch_begun_elsewhere_is_followed_and_stopped(tmp_path: Path) -> None
                 for wish in ({"serial": "P-0002"}, {"serial": "P-0002", "again": "Li"}, {"finish": "Li"}):
                     assert "does not take its serial numbers from a panel" in str(await line.say(wish))
                 assert await line.say({"stop": "Li"}) is None
+                (tmp_path / "B2").mkdir()
+                with closing(PanelChannel("B2", "Pump", ["1"], QueuedSerials())) as scanned:
+                    scanned.open(tmp_path / "B2", stopped.append, lambda _serial, _person: None)
+                    while line.state is None or line.state["batch"] != "B2":
+                        await asyncio.sleep(0.01)
         finally:
             await line.close()
 
@@ -34,4 +43,4 @@ def test_a_batch_begun_elsewhere_is_followed_and_stopped(tmp_path: Path) -> None
         channel.done(motor_record(1))
         asyncio.run(watch(channel))
     assert stopped == ["Li"]
-    assert list((tmp_path / "B1").iterdir()) == []
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["B1", "B2"], "neither is announced any more"
