@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from bench.eol.limits import GuardBand
-from bench.eol.serial_number import spelled
+from bench.eol.serial_number import spelled, spelled_pattern
 from bench.files.toml_file import Section
 from bench.plugins.files import PluginsSection
 from drivers.interfaces.text import text
@@ -48,7 +48,7 @@ class _Plan(Section):
             with warnings.catch_warnings():
                 # One whose meaning is going to change is refused as well.
                 warnings.simplefilter("error")
-                re.compile(pattern)
+                re.compile(spelled_pattern(pattern))
         except (re.error, Warning, OverflowError, RecursionError) as error:
             raise ValueError(
                 text(
@@ -57,7 +57,7 @@ class _Plan(Section):
                     error=error,
                 )
             ) from None
-        return pattern
+        return spelled_pattern(pattern)
 
 
 class _Procedure(Section):

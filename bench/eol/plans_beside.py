@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.eol.plan import Plan
-from bench.eol.serial_number import is_written
+from bench.eol.serial_number import is_written, spelled_pattern
 from bench.i18n.errors import FileError, InputError
 from drivers.interfaces.text import text, text_of
 
@@ -78,6 +78,6 @@ def _matches(plan: PlanBeside, serial_number: str) -> bool:
         return (
             is_written(serial_number)
             and bool(plan.serial_pattern)
-            and re.fullmatch(plan.serial_pattern, serial_number) is not None
+            and re.fullmatch(spelled_pattern(plan.serial_pattern), serial_number) is not None
         )
     return False

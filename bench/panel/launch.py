@@ -17,6 +17,8 @@ from drivers.interfaces.text import text
 
 #: A batch's announcement, as `bench.eol.line.panel_channel` writes it.
 LINE = "line.json"
+#: The same of a batch that panels only watch.
+WATCHED_LINE = "watched-line.json"
 
 #: How long (s) a run may take until it is reachable, instruments not included.
 _START_TIME = 30.0

@@ -8,6 +8,8 @@ from drivers.interfaces.text import text
 def migrate(*, records: str = "records.sqlite", language: str = "auto", json: bool = False) -> None:
     """Bring the tables of records up to this program's version; all of it or nothing, and no other command does it.
 
+    Serial numbers get the one spelling that is kept now.
+
     Parameters
     ----------
     records
@@ -19,20 +21,28 @@ def migrate(*, records: str = "records.sqlite", language: str = "auto", json: bo
 
     """
     from bench.eol.store.database import migrate_database, open_database
+    from bench.eol.store.respelling import respell
     from bench.eol.store.summing import sum_up
 
     before, after = migrate_database(records)
     engine = open_database(records, existing=True)
     try:
+        respelled = respell(engine)
         tallied = sum_up(engine)
     finally:
         engine.dispose()
     if json:
-        print_json({"before": before, "after": after, "stretches_summed_up": tallied})
+        print_json({"before": before, "after": after, "stretches_summed_up": tallied, "respelled": respelled})
         return
     message = (
         text("the tables already have version {after}", after=after)
         if before == after
         else text("the tables now have version {after}; they had version {before}", before=before, after=after)
     )
-    print(message.render(translator(language_of(language))))
+    translate = translator(language_of(language))
+    print(message.render(translate))
+    if respelled:
+        words = text(
+            "serial numbers that had another spelling and now have the one that is kept: {count}", count=respelled
+        )
+        print(words.render(translate))

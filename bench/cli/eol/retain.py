@@ -15,6 +15,7 @@ def retain(
     runs: Path = Path("runs"),
     person: str = "",
     dry_run: bool = False,
+    clock_is_right: bool = False,
     language: str = "auto",
     json: bool = False,
 ) -> None:
@@ -33,21 +34,26 @@ def retain(
         Name of the person who orders it, for the log.
     dry_run
         Only tell what would be removed.
+    clock_is_right
+        Remove also where the latest motor was tested more than 30 days ago by this computer's clock.
     language
         en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
 
     """
-    from bench.eol.archive.retention import LOG, due, load_rule, remove
+    from bench.eol.archive.retention import LOG, check_clock, due, load_rule, remove
     from bench.eol.store.database import open_database
     from bench.eol.store.records import Records
 
-    read = load_rule(rule)
+    read, now = load_rule(rule), datetime.now(UTC)
     counts, size = {"runs": 0, "waveforms": 0}, 0
     engine = open_database(records, existing=True)
     try:
-        for removal in due(Records(engine), read, runs, datetime.now(UTC)):
+        kept = Records(engine)
+        for removal in due(kept, read, runs, now):
+            if not clock_is_right:
+                check_clock(kept, now)
             if not dry_run:
                 remove(removal, runs / LOG, person)
             counts[removal.what] += 1

@@ -25,6 +25,8 @@ from drivers.interfaces.text import reason_of, text
 
 #: The log among the runs.
 LOG = "retention.jsonl"
+#: A line stands still for so long; where it seems longer, the computer's clock may be ahead.
+_STANDSTILL = timedelta(days=30)
 _WAVEFORMS = "waveforms"
 
 
@@ -72,6 +74,20 @@ class Removal:
 def load_rule(path: Path) -> RetentionRule:
     """Return the rule of a file. Raises InputError naming file, key and what is allowed."""
     return validate(RetentionRule, read(path, text("retention rule"))[1], str(path))
+
+
+def check_clock(records: Records, now: datetime) -> None:
+    """Raise InputError where the latest motor is so old that the clock may be ahead: all runs would seem to be old."""
+    latest = records.latest_end(now)
+    if latest is not None and now - latest > _STANDSTILL:
+        raise InputError(
+            text(
+                "this computer's clock says {now}, and the latest motor was tested on {latest}. If the clock is ahead, runs would be "
+                "removed too early: nothing was removed. If the line has stood still since then, give --clock-is-right",
+                now=now.astimezone().strftime("%Y-%m-%d %H:%M"),
+                latest=latest.astimezone().strftime("%Y-%m-%d %H:%M"),
+            )
+        )
 
 
 def due(records: Records, rule: RetentionRule, runs: Path, now: datetime) -> Iterator[Removal]:

@@ -1,8 +1,8 @@
 """One batch, from its request to its counts."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager, nullcontext
+from collections.abc import Sequence
+from contextlib import closing, nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -172,11 +172,11 @@ def _run(
         )
         checks = _ordered(plan, writer)
         with (
-            _panel_channel(serials, batch, line) as panel,
+            closing(_panel_channel(serials, batch, line)) as panel,
             nullcontext(fork_server) if fork_server else closing(ForkServer()) as workers,
-            closing(_outputs(plan, line, folder, BatchListener(listener, *panel))) as outputs,
+            closing(_outputs(plan, line, folder, BatchListener(listener, panel))) as outputs,
         ):
-            heard = BatchListener(_Counting(counts, outputs, plan.again), listener, *panel)
+            heard = BatchListener(_Counting(counts, outputs, plan.again), listener, panel)
             limits = DecidableLimits(prepared, heard.noted)
             listeners = BatchListener(heard, limits)
             limits.before(uncertainties)
@@ -195,8 +195,7 @@ def _run(
             )
             admission = _admission(prepared, request, serials, log, writer, desk, listeners)
             coordinator = Coordinator(line, batch, checks, admission, writer, log, listeners, workers, owner)
-            for channel in panel:
-                channel.open(folder, coordinator.stop, desk.permit)
+            panel.open(folder, coordinator.stop, desk.permit)
             stopped = coordinator.run()
             counts.held_up = admission.held_up
             counts.undecidable = limits.notes
@@ -255,14 +254,10 @@ def _admission(
     )
 
 
-@contextmanager
-def _panel_channel(serials: SerialNumbers, batch: Batch, line: ProductionLine) -> Iterator[tuple[PanelChannel, ...]]:
-    """Give the channel to panels, where serial numbers come from them."""
-    if not isinstance(serials, QueuedSerials) or isinstance(serials, ScannedSerials):
-        yield ()
-        return
-    with closing(PanelChannel(batch.name, batch.plan.name, [s.name for s in line.sockets], serials)) as channel:
-        yield (channel,)
+def _panel_channel(serials: SerialNumbers, batch: Batch, line: ProductionLine) -> PanelChannel:
+    """Return the channel to panels, which scan where serial numbers come from them, and watch elsewhere."""
+    scanned = serials if isinstance(serials, QueuedSerials) and not isinstance(serials, ScannedSerials) else None
+    return PanelChannel(batch.name, batch.plan.name, [socket.name for socket in line.sockets], scanned)
 
 
 def _outputs(plan: Plan, line: ProductionLine, folder: Path, listener: BatchListener) -> RecordOutputs:

@@ -25,6 +25,8 @@ from drivers.interfaces.text import Text, text
 
 #: The file in a batch's folder that says where panels reach its line.
 FILE = "line.json"
+#: The same of a line whose serial numbers come from elsewhere.
+WATCHED = "watched-line.json"
 #: Serial numbers that wait for a socket, at most: what is scanned beyond them is refused.
 _WAITING = 100
 #: Motors that the pace is of, and one.
@@ -67,11 +69,12 @@ class PanelChannel(BatchListener):
     """Listens to the events of a line, and sends its whole state to every panel at each change.
 
     A panel sends `{"serial": NUMBER}`, with `"again": PERSON` where a person answers for one that was tested before,
-    `{"finish": PERSON}`: no more motors, those in the sockets to their end, or `{"stop": PERSON}`: shut down now.
+    `{"finish": PERSON}`: no more motors, those in the sockets to their end, or `{"stop": PERSON}`: shut down now. Without `serials`
+    the numbers come from elsewhere, and panels watch and stop.
     """
 
-    def __init__(self, batch: str, plan: str, sockets: Sequence[str], serials: QueuedSerials) -> None:
-        self._about = {"batch": batch, "plan": plan}
+    def __init__(self, batch: str, plan: str, sockets: Sequence[str], serials: QueuedSerials | None) -> None:
+        self._about = {"batch": batch, "plan": plan, "scans": serials is not None}
         self._sockets = {name: _Socket(name) for name in sockets}
         self._serials = serials
         self._counts, self._yield = _Counts(_now()), MotorYield()
@@ -93,7 +96,7 @@ class PanelChannel(BatchListener):
         Raises OSError.
         """
         self._stop, self._permit = stop, permit
-        self._line.announce(folder, FILE)
+        self._line.announce(folder, FILE if self._serials is not None else WATCHED)
 
     def close(self) -> None:
         """Close the connections and withdraw the announcement."""
@@ -166,17 +169,22 @@ class PanelChannel(BatchListener):
         self._send()
 
     def _receive(self, message: Mapping[str, Any]) -> Text | None:
+        serials = self._serials
         match message:
-            case {"serial": str(serial), "again": str(person)}:
+            case {"serial": str(serial), "again": str(person)} if serials is not None:
                 if not person.strip():
                     return text("a person who has a motor tested again gives a name")
                 self._permit(serial.strip(), person.strip())
-                return self._take_serial(serial)
-            case {"serial": str(serial)}:
-                return self._take_serial(serial)
-            case {"finish": str(person)}:
+                return self._take_serial(serials, serial)
+            case {"serial": str(serial)} if serials is not None:
+                return self._take_serial(serials, serial)
+            case {"finish": str(person)} if serials is not None:
                 self._ending = text("finished by {person}", person=person)
-                self._serials.end()
+                serials.end()
+            case {"serial": _} | {"finish": _} if serials is None:
+                return text(
+                    "this batch does not take its serial numbers from a panel: go on, or finish it, where it was begun"
+                )
             case {"stop": str(person)}:
                 self._ending = text("stopped by {person}", person=person)
                 self._stop(person)
@@ -202,19 +210,19 @@ class PanelChannel(BatchListener):
             code = (record.rework.split() or [""])[0]
             self._counts.reworks[code] = self._counts.reworks.get(code, 0) + 1
 
-    def _take_serial(self, serial: str) -> Text | None:
+    def _take_serial(self, serials: QueuedSerials, serial: str) -> Text | None:
         serial = serial.strip()
         if self._ending is not None:
             return text("serial number {serial}: the batch is {ending}", serial=serial, ending=self._ending)
         if not serial:
             return text("no serial number was given")
-        if self._serials.waiting >= _WAITING:
+        if serials.waiting >= _WAITING:
             return text(
                 "serial number {serial}: {number} motors are already waiting for a socket",
                 serial=serial,
                 number=_WAITING,
             )
-        self._serials.put(serial)
+        serials.put(serial)
         self._send()
         return None
 
@@ -224,7 +232,7 @@ class PanelChannel(BatchListener):
                 **self._about,
                 "sockets": [asdict(socket) for socket in self._sockets.values()],
                 "counts": asdict(self._counts),
-                "waiting": self._serials.waiting,
+                "waiting": self._serials.waiting if self._serials is not None else 0,
                 "records": self._records,
                 "notes": [store_text(note) for note in self._notes],
                 "message": self._message,

@@ -13,13 +13,14 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
 from bench.eol.store.table_versions import check_version, has_tables, make_tables, upgrade_tables
 from bench.i18n.errors import FileError, InputError, at
-from drivers.interfaces.text import text, text_of
+from drivers.interfaces.text import Text, text, text_of
 
 _KINDS = ("sqlite", "postgresql")
 #: How long (s) a writer waits for another one, and a client for a server that does not answer.
 _PATIENCE = 5
 #: How long (s) one waits for another that changes a new file to a write-ahead log, and how often (s) it looks.
 _UPGRADE, _LOOK = 60, 0.02
+_HELD = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 
 class NoDatabaseError(FileError):
@@ -113,11 +114,38 @@ def _explained(engine: Engine, url: URL) -> Iterator[None]:
     except BaseException as error:
         engine.dispose()
         if isinstance(error, DBAPIError):
-            message = at(_named(url), reason(error))
+            if getattr(error.orig, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY):
+                raise _not_writable(url, error) from None
+            message = at(_named(url), _in_use(error) if _is_held(error) else reason(error))
             # A database that is busy may be read the next time; a file that is none will not.
             busy = isinstance(error.orig, sqlite3.OperationalError) or not isinstance(error.orig, sqlite3.Error)
             raise (InputError if busy else FileError)(message) from None
         raise
+
+
+def _not_writable(url: URL, error: DBAPIError) -> FileError:
+    return FileError(
+        text(
+            "{named}: {reason}. SQLite writes beside the file, even to read it: give a file in a folder that exists and that you may "
+            "write to, or copy the file to one",
+            named=_named(url),
+            reason=reason(error),
+        )
+    )
+
+
+def _is_held(error: DBAPIError) -> bool:
+    """Tell whether others held the tables for longer than one waits."""
+    code = getattr(error.orig, "sqlite_errorcode", 0) & 0xFF
+    return code in _HELD or getattr(error.orig, "sqlstate", None) == "55P03"
+
+
+def _in_use(error: DBAPIError) -> Text:
+    return text(
+        "other programs use its tables, a batch, a backup or an open query: {reason}. Nothing was changed; give the command again when "
+        "they have ended",
+        reason=reason(error),
+    )
 
 
 def reason(error: DBAPIError) -> str:
@@ -175,7 +203,7 @@ def _write_ahead(cursor: sqlite3.Cursor) -> None:
         try:
             cursor.execute("PRAGMA journal_mode = WAL")
         except sqlite3.OperationalError as error:
-            if error.sqlite_errorcode & 0xFF not in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED) or monotonic() > until:
+            if error.sqlite_errorcode & 0xFF not in _HELD or monotonic() > until:
                 raise
             Event().wait(_LOOK)
         else:

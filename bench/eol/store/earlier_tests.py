@@ -17,7 +17,8 @@ from bench.eol.verdict import Verdict
 class EarlierTest:
     """A test of a motor of the type `model`: where and when (UTC) it began, its number in its batch, and the verdict.
 
-    `again_by` names the person who had it tested again, empty where it was the first test or the plan allowed it.
+    `again_by` names the person who had it tested again, empty where it was the first test or the plan allowed it. `test_number`
+    counts the motor's tests as far as they were known when it was admitted.
     """
 
     identifier: str
@@ -30,6 +31,7 @@ class EarlierTest:
     started: datetime
     verdict: Verdict
     again_by: str = ""
+    test_number: int = 1
 
 
 _COLUMNS = tuple(MOTOR.c[name] for name in EarlierTest.__dataclass_fields__)
@@ -70,6 +72,9 @@ def latest_of_plan(engine: Engine, name: str) -> PlanUse | None:
 
 
 def in_order(tests: Iterable[EarlierTest]) -> list[EarlierTest]:
-    """Return tests in the order in which they began, each once however many databases have it."""
+    """Return tests in the order in which they were admitted, each once however many databases have it.
+
+    A clock may have been put back between two of them: it decides only where both knew of equally many before them.
+    """
     each = {test.identifier: test for test in tests}
-    return sorted(each.values(), key=lambda test: (test.started, test.identifier))
+    return sorted(each.values(), key=lambda test: (test.test_number, test.started, test.identifier))

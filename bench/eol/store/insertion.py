@@ -1,6 +1,6 @@
 """Putting a record into the tables, in the driver's own words: of a record's cost, SQLAlchemy's would be the larger part."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
@@ -44,7 +44,8 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
         _check_same(connection, record)
         return False
     if record.test_number > 1:
-        _spell_alike(connection, record.serial_number)
+        others = [spelling for spelling in spellings(record.serial_number) if spelling != record.serial_number]
+        spell_alike(connection, record.serial_number, others)
     figures = [
         (
             motor,
@@ -75,9 +76,8 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
     return True
 
 
-def _spell_alike(connection: Connection, serial_number: str) -> None:
-    """Give a motor's earlier tests the spelling that the serial number of its new test has."""
-    others = [spelling for spelling in spellings(serial_number) if spelling != serial_number]
+def spell_alike(connection: Connection, serial_number: str, others: Collection[str]) -> None:
+    """Give a motor's tests that have one of the `others` spellings of its serial number this one."""
     for table in (MOTOR, REPEATED_TEST):
         of_it = table.c.serial_number.in_(others)
         connection.execute(update(table).where(of_it).values(serial_number=serial_number))

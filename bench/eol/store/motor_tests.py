@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, Select, Subquery, case, func, select
 
 from bench.eol.store.occasions import JUDGED, CountedTests, occasion_of
-from bench.eol.store.repeated_tests import in_order, not_in_order
+from bench.eol.store.repeated_tests import ORDERED_BY, in_order, not_in_order
 from bench.eol.store.schema import CHECK, MOTOR
 from bench.eol.store.selection import Selection
 from bench.eol.store.stretches import StretchesByKey, among, joined
@@ -91,7 +91,11 @@ def _of_order_to_be_found(connection: Connection, selection: Selection, told_apa
 def _windows(tests: Subquery, selection: Selection) -> tuple[Any, Any, Any]:
     """Return what puts tests of a motor together, those of it in and those out of the selection, and their order."""
     motor = (tests.c.serial_number,)
-    return motor, motor if selection.everything else (*motor, tests.c.chosen), (tests.c.started, tests.c.motor)
+    return (
+        motor,
+        motor if selection.everything else (*motor, tests.c.chosen),
+        tuple(tests.c[name] for name in ORDERED_BY),
+    )
 
 
 def first_attempts(connection: Connection, selection: Selection) -> dict[str, tuple[int, int]]:

@@ -101,6 +101,13 @@ class Records:
         with self._engine.connect() as connection:
             return list(connection.execute(query).scalars())
 
+    def latest_end(self, before: datetime) -> datetime | None:
+        """Return when (UTC) the latest test `before` a time ended, None where there is none."""
+        query = select(func.max(MOTOR.c.ended)).where(MOTOR.c.ended <= before)
+        with self._engine.connect() as connection:
+            found = connection.execute(query).scalar()
+        return None if found is None else utc(found)
+
     def read(self, batch: str | None = None) -> Iterator[MotorRecord]:
         """Give the records in the order in which they were kept, a few at a time; what is added meanwhile may be among them."""
         last = 0
@@ -129,7 +136,8 @@ class Records:
 
     def of_motor(self, serial_number: str) -> list[MotorRecord]:
         """Return all tests of a serial number, the first one first."""
-        query = select(MOTOR).where(MOTOR.c.serial_number.in_(spellings(serial_number))).order_by(MOTOR.c.id)
+        order = (MOTOR.c.test_number, MOTOR.c.started, MOTOR.c.id)
+        query = select(MOTOR).where(MOTOR.c.serial_number.in_(spellings(serial_number))).order_by(*order)
         with self._engine.connect() as connection:
             return _restored(connection, connection.execute(query).mappings().all())
 

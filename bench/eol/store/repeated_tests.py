@@ -41,6 +41,12 @@ _COMMON: Mapping[str, Any] = {
     "at_once": MOTOR.c.first_pass & _PASSED,
 }
 _ORDER = ("place", "tests", "last_passed")
+#: Which test of its motor a kept one is, as its row says.
+_KEPT_NUMBER = (
+    select(MOTOR.c.test_number).where(MOTOR.c.id == REPEATED_TEST.c.motor).scalar_subquery().label("test_number")
+)
+#: A motor's tests one after the other: as many as each knew of before it. The clock, which may have been put back, comes second.
+ORDERED_BY = ("test_number", "started", "motor")
 
 
 def keep_repeated(connection: Connection, first: int, last: int) -> None:
@@ -50,7 +56,11 @@ def keep_repeated(connection: Connection, first: int, last: int) -> None:
         MOTOR.c.id.between(first, last),
         select(others.c.id).where(others.c.serial_number == MOTOR.c.serial_number, others.c.id != MOTOR.c.id).exists(),
     )
-    serial_numbers = list(connection.execute(again.distinct()).scalars())
+    keep_tests_of(connection, list(connection.execute(again.distinct()).scalars()))
+
+
+def keep_tests_of(connection: Connection, serial_numbers: Sequence[str]) -> None:
+    """Keep the judged tests of some serial numbers."""
     # By name: of a query within a query a server that plans it once for all stretches reads every attempt there is.
     for start in range(0, len(serial_numbers), _AT_ONCE):
         some = serial_numbers[start : start + _AT_ONCE]
@@ -61,9 +71,9 @@ def keep_repeated(connection: Connection, first: int, last: int) -> None:
 
 def _unkept_tests(connection: Connection, serial_numbers: Sequence[str]) -> list[dict[str, Any]]:
     columns = {**_COMMON, **PLACE, "step": step_of_start(connection), "batch": MOTOR.c.batch, "model": MOTOR.c.model}
-    new = select(MOTOR.c.id.label("motor"), *(column.label(name) for name, column in columns.items())).where(
-        MOTOR.c.serial_number.in_(serial_numbers), JUDGED
-    )
+    new = select(
+        MOTOR.c.id.label("motor"), MOTOR.c.test_number, *(column.label(name) for name, column in columns.items())
+    ).where(MOTOR.c.serial_number.in_(serial_numbers), JUDGED)
     kept = select(REPEATED_TEST.c.motor).where(REPEATED_TEST.c.serial_number.in_(serial_numbers))
     # Taken out here: a server that planned it while nothing was kept would go through all that is.
     known = set(connection.execute(kept).scalars())
@@ -83,15 +93,15 @@ def _keep_in_order(connection: Connection, serial_numbers: Sequence[str], new: S
     """Keep new tests of some serial numbers, and say of each of their tests which it is."""
     table = REPEATED_TEST.c
     columns = (table.serial_number, table.started, table.motor, table.passed, *(table[name] for name in _ORDER))
-    kept = connection.execute(select(*columns).where(table.serial_number.in_(serial_numbers))).mappings()
-    rows = sorted([*kept, *new], key=itemgetter("serial_number", "started", "motor"))
+    query = select(_KEPT_NUMBER, *columns).where(table.serial_number.in_(serial_numbers))
+    rows = sorted([*connection.execute(query).mappings(), *new], key=itemgetter("serial_number", *ORDERED_BY))
     inserted, changed = [], []
     for _, group in groupby(rows, key=itemgetter("serial_number")):
         tests = list(group)
         for place, test in enumerate(tests, 1):
             order = dict(zip(_ORDER, (place, len(tests), tests[-1]["passed"]), strict=True))
             if "place" not in test:
-                inserted.append({**test, **order})
+                inserted.append({name: value for name, value in {**test, **order}.items() if name in table})
             elif any(test[name] != order[name] for name in _ORDER):
                 changed.append({"key": test["motor"], **order})
     if inserted:
@@ -114,13 +124,14 @@ def in_order(selection: Selection) -> ColumnElement[bool]:
 def not_in_order(connection: Connection, selection: Selection, told_apart: Collection[str]) -> Subquery:
     """Return the judged tests of serial numbers with several tests that are not `in_order`, `chosen` telling which are selected.
 
-    Besides the motor's key, serial number, start and these fields, each has `passed`, `at_once` and `attempts`, which is null for
-    those that are not kept here.
+    Besides the motor's key, serial number, start and these fields, each has `test_number`, `passed`, `at_once` and `attempts`, which
+    is null for those that are not kept here.
     """
     table, fields = REPEATED_TEST.c, {**PLACE, "step": step_of_start(connection)}
     chosen = true() if selection.everything else _of_batches(selection, table)
     kept = select(
         table.motor,
+        _KEPT_NUMBER,
         *(table[name] for name in _COMMON),
         chosen.label("chosen"),
         table.attempts,
@@ -133,7 +144,9 @@ def not_in_order(connection: Connection, selection: Selection, told_apart: Colle
         *(fields[name].label(name) for name in told_apart),
     )
     beside = _shared_beside(selection)
-    read = select(MOTOR.c.id, *columns).where(MOTOR.c.serial_number.in_(beside), JUDGED, _unkept(MOTOR.c.id))
+    read = select(MOTOR.c.id, MOTOR.c.test_number, *columns).where(
+        MOTOR.c.serial_number.in_(beside), JUDGED, _unkept(MOTOR.c.id)
+    )
     if selection.everything:
         kept = kept.where(or_(table.place == 0, table.serial_number.in_(beside)))
     else:

@@ -77,14 +77,21 @@ def _last_key(connection: Connection) -> int:
     return connection.execute(select(func.max(MOTOR.c.id))).scalar() or 0
 
 
-def _sum_stretch(connection: Connection, first: int, last: int) -> bool:
-    """Sum up a stretch; false where another station has done so meanwhile."""
+def lock_sums(connection: Connection) -> None:
+    """Have nobody else change what is summed up until this transaction ends, which begins here."""
     if connection.dialect.name == "postgresql":
         connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_LOCK})")
+    else:
+        connection.exec_driver_sql("BEGIN IMMEDIATE")
+
+
+def _sum_stretch(connection: Connection, first: int, last: int) -> bool:
+    """Sum up a stretch; false where another station has done so meanwhile."""
+    lock_sums(connection)
+    if connection.dialect.name == "postgresql":
         # A stretch is a small part of each table. A server that knows nothing yet of a new one would read all of it, and compile that.
         connection.exec_driver_sql("SET LOCAL enable_seqscan = off; SET LOCAL jit = off")
     else:
-        connection.exec_driver_sql("BEGIN IMMEDIATE")
         settle_within(connection)
         # A file gives the key of the last motor again when that was removed.
         last = min(last, _last_key(connection))

@@ -107,7 +107,7 @@ def _lock_tables(connection: Connection) -> None:
         connection.exec_driver_sql(f"SET LOCAL lock_timeout = '{_UPGRADE}s'")
         connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_LOCK})")
         return
-    connection.exec_driver_sql(f"PRAGMA busy_timeout = {1000 * _UPGRADE}")
+    connection.exec_driver_sql(f"PRAGMA busy_timeout = {1000 * _UPGRADE:.0f}")
     # Without it each table would be made in a transaction of its own, and a process that is killed would leave half of them.
     connection.exec_driver_sql("BEGIN IMMEDIATE")
     connection.exec_driver_sql(f"PRAGMA busy_timeout = {1000 * _PATIENCE}")

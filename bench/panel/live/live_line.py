@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bench.panel.launch import LINE
+from bench.panel.launch import LINE, WATCHED_LINE
 from bench.panel.live.run_line import RunLine
 from drivers.interfaces.text import Text, text
 
@@ -16,10 +16,9 @@ _LOOK = 1.0
 class BatchLine(RunLine):
     """A connection to a batch that is going on; `state` is what it says of its sockets, None before it has."""
 
-    announced = LINE
-
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, announced: str = LINE) -> None:
         super().__init__(folder)
+        self.announced = announced
         self.state: Mapping[str, Any] | None = None
 
     def take(self, message: Mapping[str, Any]) -> bool:
@@ -67,9 +66,9 @@ class LiveLine:
         if self._batch is not None:
             await self._batch.close()
 
-    async def follow(self, folder: Path) -> bool:
+    async def follow(self, folder: Path, announced: str = LINE) -> bool:
         """Follow the batch of a folder; tell whether somebody is there."""
-        fresh = BatchLine(folder)
+        fresh = BatchLine(folder, announced)
         if not await fresh.connect():
             return False
         old, self._batch = self._batch, fresh
@@ -83,12 +82,16 @@ class LiveLine:
         return await self._batch.say(message) if self._batch else text("no batch is running")
 
     async def _find(self) -> None:
-        for announced in self._runs.glob(f"*/{LINE}"):
-            if await self.follow(announced.parent):
-                return
+        # One that is scanned here comes first, and takes the place of one that is only watched.
+        watches = self._batch is not None and self._batch.announced == WATCHED_LINE
+        if self.running and not watches:
+            return
+        for name in (LINE,) if self.running else (LINE, WATCHED_LINE):
+            for announced in self._runs.glob(f"*/{name}"):
+                if await self.follow(announced.parent, name):
+                    return
 
     async def _follow(self) -> None:
         while True:
             await asyncio.sleep(_LOOK)
-            if not self.running:
-                await self._find()
+            await self._find()

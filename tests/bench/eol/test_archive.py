@@ -172,6 +172,23 @@ def test_runs_that_are_elsewhere_are_told_of(
     assert ": 3;" in err
 
 
+def test_a_clock_that_is_ahead_removes_nothing(call: Call, batches: Path, records: Records, tmp_path: Path) -> None:
+    rule = tmp_path / "rule.toml"
+    rule.write_text("[runs]\npassed = 40\n")
+    # As a clock sees them that is ahead: the latest ended 40 days ago.
+    for batch in ("B1", "B2"):
+        records.remove(batch)
+    assert json.loads(call("retain", str(rule))[1])["runs"] == 0, "nothing is due, nothing is refused"
+    folder = str(batches / "B2" / "000" / "000004-P")
+    ended = datetime.now(UTC) - timedelta(days=40)
+    records.save(motor_record(4, batch="B2", run=folder, verdict=Verdict.PASS, ended=ended))
+    code, _, error = call("retain", str(rule))
+    assert code != 0
+    assert "If the clock is ahead" in error
+    assert Path(folder).is_dir()
+    assert json.loads(call("retain", str(rule), "--clock-is-right")[1])["runs"] == 1
+
+
 def test_a_rule_finds_runs_from_any_folder_and_leaves_another_station_s(
     call: Call, batches: Path, records: Records, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

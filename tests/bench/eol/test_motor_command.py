@@ -30,10 +30,15 @@ def test_what_changed_since_is_said_in_the_reader_s_language(
         (math.nan, Verdict.NOT_JUDGED),
         (math.nan, Verdict.NOT_JUDGED),
     )
-    for number, (value, verdict) in enumerate(tests):
-        began = NOON + timedelta(hours=number)
+    # Kept in another order, for an archive put them back, and the clock was put back.
+    for number, (value, verdict) in reversed(list(enumerate(tests))):
+        began = NOON - timedelta(hours=number)
         measured = (figure("stator_resistance", value, verdict),)
-        records.save(motor_record(number, serial_number="R-1", started=began, ended=began, measured=measured))
+        records.save(
+            motor_record(
+                number, serial_number="R-1", test_number=number + 1, started=began, ended=began, measured=measured
+            )
+        )
     code, out, _ = called(capsys, "eol", "motor", "R-1", "--records", reference, "--language", "en")
     assert code == 0
     changed = [line.strip() for line in out.splitlines() if line.startswith("    ")]

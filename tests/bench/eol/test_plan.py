@@ -134,6 +134,15 @@ def test_serials_that_match(write, serial: str) -> None:
     load_plan(write(GOOD)).check_serial(serial)
 
 
+@pytest.mark.parametrize("pattern", [r"Ｐ－０\d{3}", r"\？?[０-９Ｐ－]{6}", r"P\-(０００１|0００２)|P-000１"])
+def test_a_pattern_of_full_width_characters_matches_what_is_kept(write, pattern: str) -> None:
+    plan = load_plan(write(GOOD.replace(r"P-\d{4}", pattern)))
+    plan.check_serial("P-0001")
+    for other in ("P-00011", "?P-00"):
+        with pytest.raises(InputError, match="serial number"):
+            plan.check_serial(other)
+
+
 @pytest.mark.parametrize("serial", ["", "P-1", "P-00011", "P-0001\n", "\x1b[2J", "P-0001" * 20])
 def test_serials_that_do_not(write, serial: str) -> None:
     with pytest.raises(InputError, match="serial number"):

@@ -88,7 +88,9 @@ class _LinePage:
 
     def _show(self, state: Mapping[str, Any], *, running: bool) -> None:
         self._state.show(state, running=running)
-        self._end.set_visibility(running)
+        scans = bool(state.get("scans", True))
+        self._end.set_visibility(running and scans)
+        self._scan.set_visibility(scans)
         self._scan.set_enabled(running and self._session.may_lead and not state["ending"])
         if [socket["name"] for socket in state["sockets"]] != list(self._tiles):
             self._grid.clear()
@@ -98,7 +100,7 @@ class _LinePage:
                     for socket in state["sockets"]
                 }
         for socket in state["sockets"]:
-            self._tiles[socket["name"]].show(socket)
+            self._tiles[socket["name"]].show(socket, running=running, scans=scans)
         self._show_message(state, running=running)
         self._show_records(state.get("records") or {}, state.get("notes", ()))
         self._counters.show(state)
@@ -118,12 +120,19 @@ class _LinePage:
                     ui.label(str(count)).classes("text-base font-semibold")
 
     def _show_message(self, state: Mapping[str, Any], *, running: bool) -> None:
-        say, message = self._reader.say, state["message"]
+        say, message, scans = self._reader.say, state["message"], state.get("scans", True)
         wrong = False
-        if not running:
+        if not running and any(socket["serial_number"] for socket in state["sockets"]):
+            words, wrong = (
+                say(text("The batch was cut off. Begin it again: it goes on with the motors in the sockets.")),
+                True,
+            )
+        elif not running:
             words = say(text("The batch has ended."))
         elif state["ending"]:
             words = say(text("The batch ends: {how}", how=restore_text(state["ending"])))
+        elif not scans and (message is None or message["kind"] == "begun"):
+            words = say(text("Serial numbers come from where the batch was begun."))
         elif message is None:
             words = say(text("Scan the first motor."))
         elif message["kind"] == "begun" and not _stands(state, message):
@@ -133,7 +142,7 @@ class _LinePage:
         else:
             words, wrong = f"✗ {say(restore_text(message['text']))}", True
         self._say(words, wrong=wrong)
-        refused = str((message or {}).get("again") or "") if running and not state["ending"] else ""
+        refused = str((message or {}).get("again") or "") if running and scans and not state["ending"] else ""
         self._again.set_visibility(bool(refused) and self._session.may_lead)
         self._refused = refused
         self._again.set_text(
@@ -187,8 +196,8 @@ class _LinePage:
         return self._session.person or self._reader.say(text("this browser"))
 
     async def _finish(self) -> None:
-        if self._leads():
-            await self._panel.line.say({"finish": self._person()})
+        if self._leads() and (fault := await self._panel.line.say({"finish": self._person()})):
+            self._say(f"✗ {self._reader.say(fault)}", wrong=True)
 
     async def _aborted(self) -> Text | None:
         return await self._panel.line.say({"stop": self._person()})

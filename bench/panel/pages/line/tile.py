@@ -26,6 +26,7 @@ _NEXT: Mapping[str, Text] = {
     "error": text("Not judged: take it out and put it aside."),
     "aborted": text("Not judged: take it out and put it aside."),
     "empty": text("Put a motor in and scan it."),
+    "cut-off": text("Check that it is off."),
 }
 #: Figures outside their limits that a tile has room for.
 _SHOWN = 3
@@ -49,16 +50,19 @@ class Tile:
             self._next = ui.label().classes("mb-tile-next")
         named(self._box, say(text("Socket {name}", name=name))).props("aria-live=polite")
 
-    def show(self, socket: Mapping[str, Any]) -> None:
-        """Show a socket as the batch tells it."""
+    def show(self, socket: Mapping[str, Any], *, running: bool, scans: bool) -> None:
+        """Show a socket as the batch tells it; one that is not `running` any more was cut off with the motor in it."""
         say = self._reader.say
         last = socket["last"]
-        self._since = socket["since"]
+        self._since = socket["since"] if running else ""
         self._figures.clear()
         self._diagnosis.set_text(self._faults(last) if last is not None and not socket["serial_number"] else "")
-        if socket["serial_number"]:
+        if socket["serial_number"] and running:
             self._set("measuring", "…", socket["serial_number"])
             self.tick()
+        elif socket["serial_number"]:
+            self._set("cut-off", "?", socket["serial_number"])
+            self._detail.set_text(say(text("not judged: the batch was cut off")))
         elif last is not None:
             mark, words = VERDICTS[last["verdict"]]
             self._set(last["verdict"], f"{mark} {say(words)}", last["serial_number"])
@@ -75,6 +79,8 @@ class Tile:
         else:
             self._set("empty", "–", say(text("free")))
             self._detail.set_text("")
+            if not scans:
+                self._next.set_text("")
         if socket.get("braked") and not socket["serial_number"]:
             self._box.props["data-braked"] = "true"
             self._detail.set_text(say(restore_text(socket["braked"])))

@@ -222,6 +222,10 @@ def test_a_clock_that_was_put_back_leaves_no_gate_open(tmp_path: Path) -> None:
     assert last_test_ended(engine, "S") == ahead
     assert last_passed(5, MORNING, Verdict.PASS) == MORNING
     assert last_test_ended(engine, "S") == MORNING, "no line is cold for a year by one test of the time to come"
+    later = MORNING + timedelta(minutes=20)
+    assert last_passed(6, later, Verdict.FAIL) is None
+    assert last_passed(7, MORNING, Verdict.PASS) is None, "an archive put it back, behind the failure after it"
+    assert last_passed(8, later + timedelta(minutes=5), Verdict.PASS) == later + timedelta(minutes=5)
     engine.dispose()
 
 

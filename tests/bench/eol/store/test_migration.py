@@ -18,7 +18,7 @@ from bench.eol.store.schema import METADATA
 from bench.eol.store.selection import choose
 from bench.eol.verdict import Verdict
 from bench.eol.yields import motor_yields
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError, InputError
 from tests.bench.eol.motor_records import NOON, motor_record
 from tests.command_line import called
 
@@ -122,7 +122,7 @@ def test_an_older_database_with_records_is_refused_until_the_command_brings_it_u
     assert content(reference, names) == before
     code, out, _ = called(capsys, "eol", "migrate", "--records", reference, "--json")
     assert code == 0
-    assert json.loads(out) == {"before": version, "after": NEWEST, "stretches_summed_up": 0}
+    assert json.loads(out) == {"before": version, "after": NEWEST, "stretches_summed_up": 0, "respelled": 0}
     assert set(METADATA.tables) == set(tables_of(reference))
     unsettled = {name: columns for name, columns in names.items() if name not in ("figure", "fresh_figure")}
     assert content(reference, unsettled) == {name: before[name] for name in unsettled}
@@ -200,6 +200,25 @@ def test_a_newer_database_that_allows_this_version_is_read_and_written(
     other.dispose()
 
 
+def test_tables_that_others_use_are_left_alone(
+    reference: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    older(reference, "0010")
+    monkeypatch.setattr("bench.eol.store.table_versions._UPGRADE", 0.05)
+    engine = create_engine(database_url(reference))
+    with engine.connect() as holder:
+        if engine.dialect.name == "sqlite":
+            holder.exec_driver_sql("BEGIN IMMEDIATE")
+        else:
+            holder.exec_driver_sql("LOCK TABLE motor IN ACCESS SHARE MODE")
+        code, _, said = called(capsys, "eol", "migrate", "--records", reference)
+    engine.dispose()
+    assert code == 1
+    assert "other programs use its tables" in said
+    assert "Nothing was changed; give the command again" in said
+    assert called(capsys, "eol", "migrate", "--records", reference)[0] == 0
+
+
 def test_a_database_without_records_is_none(reference: str, capsys: pytest.CaptureFixture[str]) -> None:
     if "://" not in reference:
         create_engine(database_url(reference)).connect().close()
@@ -208,3 +227,5 @@ def test_a_database_without_records_is_none(reference: str, capsys: pytest.Captu
     assert "there are no records here" in err
     assert called(capsys, "eol", "stats", "--records", reference)[0] == 2
     assert tables_of(reference) == {}
+    with pytest.raises(FileError, match=r"SQLite writes beside the file, even to read it: give a file in a folder"):
+        open_database("/nowhere/records.sqlite")

@@ -40,3 +40,6 @@ def test_a_line_shows_yield_pace_and_the_course_of_what_fails_most(panel: Panel,
             page.set_viewport_size({"width": width, "height": height})
             page.wait_for_function("document.documentElement.scrollWidth <= innerWidth")
         page.set_viewport_size({"width": 1400, "height": 900})
+    expect(page.get_by_text("The batch was cut off.")).to_be_visible()
+    expect(page.get_by_label("Socket 5")).to_contain_text("not judged: the batch was cut off")
+    expect(page.locator(".mb-tile[data-state=measuring]")).to_have_count(0)
