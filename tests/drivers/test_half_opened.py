@@ -7,6 +7,7 @@ from contextlib import suppress
 
 import pytest
 from pyvisa import ResourceManager
+from pyvisa_py.protocols import rpc
 
 from drivers.transport.visa.half_opened import sockets_closed_on_failure
 
@@ -18,10 +19,21 @@ def manager() -> Iterator[ResourceManager]:
     made.close()
 
 
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """PyVISA-py waits 5 s for a first answer by HiSLIP, 4 s by VXI-11, and lets nobody set either."""
+    settle, receive = socket.socket.settimeout, rpc._recvrecord
+    monkeypatch.setattr(
+        socket.socket, "settimeout", lambda one, time: settle(one, None if time is None else min(time, 0.3))
+    )
+    monkeypatch.setattr(rpc, "_recvrecord", lambda one, time, **more: receive(one, min(time, 0.3), **more))
+
+
 def sockets() -> list[socket.socket]:
     return [one for one in gc.get_objects() if isinstance(one, socket.socket) and one.fileno() >= 0]
 
 
+@pytest.mark.usefixtures("impatient")
 @pytest.mark.parametrize("form", ["TCPIP0::127.0.0.1::hislip0,{}::INSTR", "TCPIP0::127.0.0.1,{}::inst0::INSTR"])
 @pytest.mark.parametrize("listens", [True, False])
 def test_nothing_is_left_open(manager: ResourceManager, form: str, listens: bool) -> None:

@@ -108,11 +108,15 @@ def command(*words: object, environment: Mapping[str, str] | None = None) -> sub
 class Forked:
     """A process with pipes to its standard streams, as subprocess.Popen has it.
 
-    `work` gets the arguments, in this process's environment (or the given one) and working folder.
+    `work` gets the arguments, in this process's environment and working folder, or the given ones.
     """
 
     def __init__(
-        self, work: Callable[..., None], *arguments: Any, environment: Mapping[str, str] | None = None
+        self,
+        work: Callable[..., None],
+        *arguments: Any,
+        environment: Mapping[str, str] | None = None,
+        folder: Path | None = None,
     ) -> None:
         read_in, write_in = os.pipe()
         read_out, write_out = os.pipe()
@@ -123,7 +127,7 @@ class Forked:
         # The process that forks may have begun in another test's environment.
         own = dict(os.environ if environment is None else environment)
         self._process = forking.Process(
-            target=_work_with, args=(own, str(Path.cwd()), work, *arguments), kwargs={"streams": given}
+            target=_work_with, args=(own, str(folder or Path.cwd()), work, *arguments), kwargs={"streams": given}
         )
         self._process.start()
         for descriptor in (read_in, write_out, write_err):

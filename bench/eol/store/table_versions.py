@@ -12,8 +12,8 @@ from bench.eol.store.schema import COMPATIBILITY, MOTOR
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
 
-#: How long (s) one waits for another that makes the tables or brings them up, and how long for a writer after that.
-_UPGRADE, _PATIENCE = 60, 5
+#: How long (s) one waits for another that makes the tables or brings them up.
+_UPGRADE = 60
 #: The server's lock on the tables: any number that nobody else takes.
 _LOCK = 7265193
 
@@ -107,7 +107,8 @@ def _lock_tables(connection: Connection) -> None:
         connection.exec_driver_sql(f"SET LOCAL lock_timeout = '{_UPGRADE}s'")
         connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_LOCK})")
         return
+    usual = connection.exec_driver_sql("PRAGMA busy_timeout").scalar_one()
     connection.exec_driver_sql(f"PRAGMA busy_timeout = {1000 * _UPGRADE:.0f}")
     # Without it each table would be made in a transaction of its own, and a process that is killed would leave half of them.
     connection.exec_driver_sql("BEGIN IMMEDIATE")
-    connection.exec_driver_sql(f"PRAGMA busy_timeout = {1000 * _PATIENCE}")
+    connection.exec_driver_sql(f"PRAGMA busy_timeout = {usual}")

@@ -133,11 +133,12 @@ def locations_of(readings: FluxReadings, *, symmetric: bool, wanted: FloatArray 
     folded = np.column_stack((asked[:, 0], np.where(mirrored, -asked[:, 1], asked[:, 1])))
     members: list[list[int]] = []
     for k, place in enumerate(folded):
-        group = next((g for g in members if np.hypot(*(place - folded[g[0]])) <= near), None)
-        if group is None:
-            members.append([k])
+        away = folded[[group[0] for group in members]] - place
+        found = np.flatnonzero(np.hypot(away[:, 0], away[:, 1]) <= near)
+        if found.size:
+            members[found[0]].append(k)
         else:
-            group.append(k)
+            members.append([k])
     of = np.empty(len(asked), dtype=np.intp)
     points = np.empty((len(members), 2))
     for m, group in enumerate(members):

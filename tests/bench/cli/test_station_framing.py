@@ -14,10 +14,12 @@ import tomli_w
 
 from bench.cli.main import main
 from bench.motor.motor_file import load_motor
+from drivers.delta import framing
 from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import SimulatedUnit, find
 from sim_instruments.faults.line_faults import Fault
 from sim_instruments.instruments.delta.c2000 import DeltaDrive
+from tests.bench.serial_silence import not_waited_for
 from tests.command_line import Call
 
 WANTED = "?baudrate=19200&parity=N&stopbits=2"
@@ -47,7 +49,10 @@ Made = Callable[..., Any]
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> Made:
+def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Made:
+    not_waited_for(monkeypatch)
+    monkeypatch.setattr(framing, "_PAUSE", 0.01)
+
     @contextmanager
     def make(**options: Any) -> Iterator[Bench]:
         options = {"sensor_rate": 19200, **options}

@@ -1,11 +1,9 @@
 """The plugin as another team has it: the example's tests in a process of their own, and what it costs who does not use it."""
 
-import os
 import subprocess
 import sys
 import tomllib
 from importlib import import_module
-from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
@@ -13,43 +11,15 @@ import pytest
 from bench.i18n.errors import InputError
 from bench.testing import assert_holds_truth, virtual_motor
 from procedures.core.result import Parameter
+from tests.bench.testing.own_pytest import own_pytest
 
 ROOT = Path(__file__).parents[3]
 EXAMPLE = ROOT / "docs" / "examples" / "ci-project"
 
 
-def ended(*paths: Path) -> subprocess.CompletedProcess[str]:
-    """How pytest ends with tests of these folders, in a process of its own, in the example's folder."""
-    # An installation that is older than the entry point gets the plugin by name.
-    installed = any(point.value == "motorbench.pytest_plugin" for point in entry_points(group="pytest11"))
-    by_name = [] if installed else ["-p", "motorbench.pytest_plugin"]
-    return subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-q",
-            "-p",
-            "no:cacheprovider",
-            "-p",
-            "no:xdist",
-            "-p",
-            "no:benchmark",
-            *by_name,
-            f"--rootdir={EXAMPLE}",
-            *map(str, paths),
-        ],
-        cwd=EXAMPLE,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
 @pytest.mark.slow
 def test_the_example_project() -> None:
-    done = ended(EXAMPLE)
+    done = own_pytest(EXAMPLE, EXAMPLE)
     assert done.returncode == 0
     assert "9 passed" in done.stdout, done.stdout + done.stderr
 
@@ -71,7 +41,7 @@ def test_who_does_not_use_it_loads_nothing() -> None:
 def test_a_plan_that_is_wrong_says_where(tmp_path: Path) -> None:
     (tmp_path / "test_it.py").write_text(f"def test_it(eol_plan):\n    eol_plan('{tmp_path}/plan.toml')\n")
     (tmp_path / "plan.toml").write_text('[plan]\nname = "x"\nmotor = "lg-400w"\n[[procedure]]\nname = "inertie"\n')
-    done = ended(tmp_path)
+    done = own_pytest(EXAMPLE, tmp_path)
     assert done.returncode == 1
     assert "1 failed" in done.stdout
     assert "did you mean inertia" in done.stdout

@@ -1,5 +1,6 @@
 """Current steps with one disturbance or two, integrated in fine steps; nothing of the estimator is used."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -102,18 +103,21 @@ class Sampled:
     current_ends: tuple[float, float] | None = None
 
 
-def _current(batch: Batch, flux: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Currents of the winding and of the closed circuit from their flux linkages, both of inductance 1."""
-    k = batch.coupling
-    if np.any(np.isfinite(batch.knee)):
-        x = flux / batch.knee
+def _currents(batch: Batch) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Return what gives currents of the winding and of the closed circuit from their flux linkages, both of inductance 1."""
+    k, knee, bends = batch.coupling, batch.knee, np.isfinite(batch.knee)
+    if np.any(bends):
         if batch.law == "atan":
             # Magnets fill part of the iron: by `magnets` of the knee, negative where the current is against them.
             filled = batch.magnets
-            bent = np.tan(np.minimum(x / (1.0 + filled**2) + np.arctan(filled), 1.5)) - filled
-            return np.where(np.isfinite(batch.knee), batch.knee * bent, flux), second
-        return np.where(np.isfinite(batch.knee), batch.knee * np.arctanh(np.minimum(x, 0.999)), flux), second
-    return (flux - k * second) / (1 - k**2), (second - k * flux) / (1 - k**2)
+            steep, reached = 1.0 + filled**2, np.arctan(filled)
+            return lambda flux, second: (
+                np.where(bends, knee * (np.tan(np.minimum(flux / knee / steep + reached, 1.5)) - filled), flux),
+                second,
+            )
+        return lambda flux, second: (np.where(bends, knee * np.arctanh(np.minimum(flux / knee, 0.999)), flux), second)
+    stray = 1 - k**2
+    return lambda flux, second: ((flux - k * second) / stray, (second - k * flux) / stray)
 
 
 def _source(batch: Batch, at: np.ndarray) -> np.ndarray:
@@ -156,13 +160,15 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     columns, held = np.arange(n), np.zeros(n, dtype=bool)
     since = (np.arange(fine + 1)[:, None] - start) * step
     at_step, at_middle = _source(batch, since), _source(batch, since + 0.5 * step)
-    pole = np.where(batch.pole > 0.0, -np.expm1(-step / np.maximum(batch.pole, 1e-12)), 1.0)
+    filtered = batch.pole > 0.0
+    pole = np.where(filtered, -np.expm1(-step / np.maximum(batch.pole, 1e-12)), 1.0)
     corner = -np.expm1(-step * batch.corner)
     # What acts on no circuit of the batch is left out: a record is some ten thousand steps.
-    limited, probe = np.any(np.isfinite(batch.limit)), np.any(batch.pole > 0.0) or np.any(batch.corner > 0.0)
+    limited, probe = np.any(np.isfinite(batch.limit)), np.any(filtered) or np.any(batch.corner > 0.0)
     bent = np.any(batch.coupling) or np.any(closed) or np.any(np.isfinite(batch.knee))
+    currents_of, half, falling, half_falling = _currents(batch), 0.5 * step, step * closed, 0.5 * step * closed
     for k in range(fine + 1):
-        now, other = _current(batch, flux, second) if bent else (flux, second)
+        now, other = currents_of(flux, second) if bent else (flux, second)
         history[k] = now
         v = voltages[k] = at_step[k] - batch.source * now
         if limited:
@@ -170,17 +176,17 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             v = voltages[k] = np.where(held, np.minimum(v, now), v)
         if probe:
             seen = history[np.clip(k - late, 0, k), columns]
-            low = np.where(batch.pole > 0.0, low + (seen - low) * pole, seen)
+            low = np.where(filtered, low + (seen - low) * pole, seen)
             if k % per == 0:
                 probed[k // per] = low - high
             high = high + (low - high) * corner
         # The midpoint's rule, from within a step on which the supply does not switch.
         v = at_middle[k] - batch.source * now
-        half_flux = flux + 0.5 * step * ((np.where(held, np.minimum(v, now), v) if limited else v) - now)
+        half_flux = flux + half * ((np.where(held, np.minimum(v, now), v) if limited else v) - now)
         one, two = half_flux, second
         if bent:
-            one, two = _current(batch, half_flux, second - 0.5 * step * closed * other)
-            second = second - step * closed * two
+            one, two = currents_of(half_flux, second - half_falling * other)
+            second = second - falling * two
         v = at_middle[k] - batch.source * one
         flux = flux + step * ((np.where(held, np.minimum(v, one), v) if limited else v) - one)
     if np.any(batch.resonance):

@@ -1,14 +1,11 @@
 """The fixture `conformance` as a plug-in's author has it: a project of two files, its tests in a process of their own."""
 
-import os
 import subprocess
-import sys
-from importlib.metadata import entry_points
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[4]
+from tests.bench.testing.own_pytest import own_pytest
+
 PLUGIN = """
 from dataclasses import replace
 from drivers.lutron.options import TACHOMETER
@@ -45,18 +42,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> subprocess.CompletedProces
     folder = tmp_path_factory.mktemp("acme")
     for name, content in (("acme.py", PLUGIN), ("acme_mistaken.py", MISTAKEN), ("test_acme.py", TESTS)):
         (folder / name).write_text(content, encoding="utf-8")
-    # An installation that is older than the entry point gets the plugin by name.
-    installed = any(point.value == "motorbench.pytest_plugin" for point in entry_points(group="pytest11"))
-    by_name = [] if installed else ["-p", "motorbench.pytest_plugin"]
-    without = [word for plugin in ("cacheprovider", "xdist", "benchmark") for word in ("-p", f"no:{plugin}")]
-    return subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", *without, *by_name, f"--rootdir={folder}", str(folder)],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{folder}", "PYTHONDONTWRITEBYTECODE": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return own_pytest(folder, folder)
 
 
 @pytest.mark.slow
