@@ -13,7 +13,7 @@ def test_a_run_is_disturbed_as_the_file_says_and_keeps_it(motorbench, tmp_path):
     arguments = ("run", "stator-resistance", "--station", "virtual", "--motor", "gimbal")
     (_, clear), (_, disturbed) = motorbench(*arguments), motorbench(*arguments, "--disturbances", str(file))
     found = [each["parameters"]["stator_resistance"]["value"] for each in (clear, disturbed)]
-    assert found[1] - found[0] == pytest.approx(0.25, rel=0.1)
+    assert found[1] - found[0] == pytest.approx(0.5, rel=0.1)
     assert "disturbances" not in clear
     assert disturbed["disturbances"] == SERIES
 
