@@ -18,6 +18,18 @@ def test_a_run_is_disturbed_as_the_file_says_and_keeps_it(motorbench, tmp_path):
     assert disturbed["disturbances"] == SERIES
 
 
+def test_contacts_that_differ_between_polarities_are_named_and_kelvin_clips_do_without(motorbench, tmp_path):
+    file = tmp_path / "contacts.toml"
+    file.write_text("[contacts]\nresistance = 3.0\n", encoding="utf-8")
+    arguments = ("run", "stator-resistance-dc", "--station", "virtual", "--motor", "gimbal", "--seed", "2")
+    _, failed = motorbench(*arguments, "--disturbances", str(file))
+    assert "contacts of the clamps are in the reading" in failed["cause"]
+    file.write_text("[contacts]\nresistance = 0.05\nkelvin = true\n", encoding="utf-8")
+    _, own = motorbench(*arguments, "--disturbances", str(file))
+    low, high = own["parameters"]["stator_resistance"]["coverage_interval"]
+    assert low <= own["parameters"]["stator_resistance"]["truth"] <= high
+
+
 @pytest.mark.parametrize("more", [[], ["--rehearse"]])
 def test_a_bench_of_somebody_else_is_not_disturbed(tmp_path, capsys, more):
     station = tmp_path / "station.toml"
