@@ -24,10 +24,13 @@ def test_contacts_that_differ_between_polarities_are_named_and_kelvin_clips_do_w
     arguments = ("run", "stator-resistance-dc", "--station", "virtual", "--motor", "gimbal", "--seed", "2")
     _, failed = motorbench(*arguments, "--disturbances", str(file))
     assert "contacts of the clamps are in the reading" in failed["cause"]
-    file.write_text("[contacts]\nresistance = 0.05\nkelvin = true\n", encoding="utf-8")
+    file.write_text("[contacts]\nresistance = 1.0\nkelvin = true\n", encoding="utf-8")
     _, own = motorbench(*arguments, "--disturbances", str(file))
     low, high = own["parameters"]["stator_resistance"]["coverage_interval"]
     assert low <= own["parameters"]["stator_resistance"]["truth"] <= high
+    # Each connection reads oddly at the supply; it is said once.
+    (wiring,) = (warning["message"] for warning in own["warnings"] if warning["id"] == "wiring")
+    assert "further connections" in wiring
 
 
 @pytest.mark.parametrize("more", [[], ["--rehearse"]])
