@@ -32,7 +32,7 @@ def test_a_map_reads_the_shaft_again_where_nothing_but_zeros_came(motorbench, tm
     _, content, _ = motor_content("lg-400w")
     motor.write_text(content.decode().replace("[nameplate]\n", "[nameplate]\npole_pairs = 4\n", 1), encoding="utf-8")
     status, given = motorbench(
-        "run", "flux-map", "--set", "locations=6", "--station", "virtual", "--motor", str(motor), "--seed", "5",
+        "run", "flux-map", "--set", "locations=12", "--station", "virtual", "--motor", str(motor), "--seed", "5",
         "--disturbances", str(disturbances),
     )  # fmt: skip
     assert status == 0, given.get("cause")
