@@ -64,16 +64,17 @@ class DynamometerSection(Section):
 
 
 class ContactsSection(Section):
-    """`[contacts]`: clamps of voltmeter and bridge."""
+    """`[contacts]`: clamps on the motor, and the voltmeter's."""
 
     thermal_emf: float = number("V", 0.0, at_least=0.0, up_to=1.0, description="when the clamp has been put on")
     thermal_time: float = number("s", 60.0, above=0.0, up_to=1e6)
-    resistance: float = number("ohm", 0.0, at_least=0.0, up_to=1e6, description="within the sensing leads")
+    resistance: float = number("ohm", 0.0, at_least=0.0, up_to=1e6, description="of each on the motor")
     doubling_current: float = number("A", 10.0, above=0.0, up_to=1e6)
     remaking: float = number(
         "", 0.5, at_least=0.0, up_to=3.0, description="of ln(resistance), from one contact to the next"
     )
     heating_time: float = number("s", 5.0, above=0.0, up_to=1e6)
+    kelvin: bool = Field(default=False, description="each lead has its own contact, nothing senses another's")
 
 
 class HandsSection(Section):

@@ -265,8 +265,12 @@ class Procedure(ABC, Generic[C]):
             )
         )
 
-    def notice(self, identifier: str, message: Text) -> None:
-        """Add a warning: an erratum's id (`E1` …) or a short name of the finding, and the sentence for people."""
+    def notice(self, identifier: str, message: Text, replaced: Text | None = None) -> None:
+        """Add a warning: an erratum's id (`E1` …) or a short name of the finding, and the sentence for people.
+
+        One that was added before is `replaced` by it.
+        """
+        self._notices = [told for told in self._notices if replaced is None or told.message is not replaced]
         self._notices.append(Notice(identifier, message))
         self.bench.recorder.record(WarningGiven(id=identifier, message=message.render()))
 

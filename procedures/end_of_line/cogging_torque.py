@@ -1,6 +1,7 @@
 """Cogging torque by a slow turn under the dynamometer's torque reading."""
 
 import math
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -14,7 +15,10 @@ from procedures.core.curves import curve
 from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
+from procedures.estimation.mechanics.cogging_speeds import AtHalfSpeed, compare, part_of_turn, read_again
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.verification.settings import WiringSettings
 
@@ -29,6 +33,35 @@ _BLURRED = 0.1
 _NULL = 0.9
 #: Readings come later than evenly spaced ones by up to this share of their spacing, by a rule that never repeats itself.
 _UNEVEN, _GOLDEN = 0.8, 0.5 * (math.sqrt(5.0) - 1.0)
+#: Readings a period at half the speed, at least so many in all, so long (s) after it is reached.
+_AGAIN, _FEWEST, _SETTLED = 8, 60, 0.5
+
+
+@dataclass(frozen=True)
+class Turned:
+    """Readings of one even turn, or of a part of it."""
+
+    readings: list[DynamometerReading]
+
+    @property
+    def time(self) -> FloatArray:
+        """Times (s) of the readings."""
+        return np.array([r.time for r in self.readings])
+
+    @property
+    def torque(self) -> FloatArray:
+        """Torques (N·m)."""
+        return np.array([r.torque for r in self.readings])
+
+    @property
+    def speed(self) -> float:
+        """Mean speed (rad/s)."""
+        return float(np.mean([r.speed for r in self.readings]))
+
+    @property
+    def angle(self) -> FloatArray:
+        """Angles (rad) by that speed, from 0."""
+        return self.speed * (self.time - self.readings[0].time)
 
 
 class CoggingTorqueSettings(WiringSettings):
@@ -55,6 +88,10 @@ class CoggingTorqueSettings(WiringSettings):
         "knock",
     )
     readings: int = Field(default=250, ge=50, le=100_000, description="readings per turn, if the order is not known")
+    half_speed: bool = Field(
+        default=True,
+        description="read some periods at half the speed as well: a filter, or a vibration, then does not pass for cogging",
+    )
     averaging: float = Field(
         default=0.02, ge=0.0, le=10.0, description="time over which the transducer averages at most, s"
     )
@@ -77,8 +114,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
     def measure(self) -> None:
         """Turn slowly, and take what repeats itself."""
         self.prepare()
-        readings = self.turn()
-        self.conclude(readings)
+        self.conclude(*self.turn())
 
     @step("L5/1", "Open the terminals, couple the dynamometer", by_hand=True)
     def prepare(self) -> None:
@@ -94,18 +130,42 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
 
     @step(
         "L5/2",
-        "Turn the shaft evenly at {speed_rpm:g} rpm through some periods of the cogging or a turn, reading the torque",
+        "Turn the shaft evenly at {speed_rpm:g} rpm through some periods of the cogging or a turn, reading the torque; then "
+        "some periods at half the speed",
     )
-    def turn(self) -> list[DynamometerReading]:
-        """Return the readings, spread over the way."""
+    def turn(self) -> tuple[Turned, Cogging, AtHalfSpeed]:
+        """Return the readings, spread over the way, and what they show."""
         bench, settings = self.bench, self.settings
         speed = min(settings.speed_rpm * _RPM, driving_speed_rad(bench, self.nameplate, 1.0))
         count, turns = round(settings.readings * settings.turns), settings.turns
         if settings.order is not None:
             count, turns = round(settings.periods * settings.readings_per_period), settings.periods / settings.order
+        turned = self._turned(speed, turns, count)
+        found = self._fitted(turned)
+        if not (settings.half_speed and found.orders.size):
+            return turned, found, AtHalfSpeed()
+        orders = read_again(found.orders, found.amplitudes)
+        part = part_of_turn(orders)
+        again = self._turned(0.5 * speed, part, max(math.ceil(_AGAIN * part * float(orders.max())), _FEWEST), _SETTLED)
+        last = turned.readings[-1]
+        seen = compare(
+            (turned.angle, turned.torque),
+            (again.angle, again.torque),
+            orders,
+            found.orders,
+            abs(turned.speed),
+            settings.averaging,
+            last.torque_filter,
+        )
+        return turned, found, seen
+
+    def _turned(self, speed: float, turns: float, count: int, settle: float = 0.0) -> Turned:
+        """Turn at a speed (rad/s) for so many turns, `settle` s after it is reached."""
+        bench = self.bench
         interval = 2.0 * math.pi * turns / (speed * count)
         taken: list[DynamometerReading] = []
         with bench.dynamometer.driving_speed(speed):
+            bench.clock.sleep(settle)
             begun = bench.clock.now()
             for number in range(count):
                 # Not in step with anything: what is too quick to be seen must not look like something slow.
@@ -113,36 +173,34 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
                 bench.clock.sleep(max(due - bench.clock.now(), 0.0))
                 taken.append(bench.dynamometer.measure())
         bench.dynamometer.stop()
-        return taken
+        return Turned(taken)
 
-    @step("L5/3", "Cogging torque, peak to peak: the part that repeats every turn and exceeds the noise")
-    def conclude(self, readings: list[DynamometerReading]) -> None:
-        """Report the peak-to-peak torque (N·m)."""
-        unc, last = self.bench.uncertainties, readings[-1]
-        time = np.array([r.time for r in readings])
-        torque = np.array([r.torque for r in readings])
-        speed = float(np.mean([r.speed for r in readings]))
-        angle = speed * (time - time[0])
+    def _fitted(self, turned: Turned) -> Cogging:
+        last = turned.readings[-1]
         pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
-        lowest = max(2 * round(pairs), 2) if pairs else _LOWEST
-        fit = fit_cogging(
-            angle,
-            torque,
-            time=time,
+        return fit_cogging(
+            turned.angle,
+            turned.torque,
+            time=turned.time,
             order=self.settings.order,
-            lowest_order=lowest,
+            lowest_order=max(2 * round(pairs), 2) if pairs else _LOWEST,
             resolution=last.torque_accuracy.resolution,
             torque_filter=last.torque_filter,
         )
-        turned = abs(float(angle[-1] - angle[0])) * len(readings) / (len(readings) - 1) / (2.0 * math.pi)
-        part = turned < _WHOLE
+
+    @step("L5/3", "Cogging torque, peak to peak: the part that repeats every turn and exceeds the noise")
+    def conclude(self, turned: Turned, fit: Cogging, slower: AtHalfSpeed) -> None:
+        """Report the peak-to-peak torque (N·m)."""
+        unc, last, angle = self.bench.uncertainties, turned.readings[-1], turned.angle
+        turns = abs(float(angle[-1] - angle[0])) * angle.size / (angle.size - 1) / (2.0 * math.pi)
+        part = turns < _WHOLE
         self.findings |= {
-            "turned": turned,
+            "turned": turns,
             "orders": fit.orders.tolist(),
             "amplitudes": fit.amplitudes.tolist(),
             "drag": fit.mean,
             "noise": fit.noise,
-            "readings": curve(angle=angle, torque=torque),
+            "readings": curve(angle=angle, torque=turned.torque),
         }
         if fit.peak_to_peak > 0.0:
             size = unc.statistical("scatter of the torque over a turn", fit.peak_to_peak, fit.uncertainty)
@@ -153,10 +211,20 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
                 size = size + unc.limit("another order besides the one given", 0.5 * fit.above, 0.5 * fit.above)
         else:
             # Anything up to this would have drowned.
+            self.notice(
+                "none-seen",
+                text(
+                    "no cogging stands out of the scatter: the figure is a bound, for a transducer that averages over {time:g} s at most. "
+                    "Where it has a slower filter, state the filter or turn more slowly",
+                    time=last.torque_filter or self.settings.averaging,
+                ),
+            )
             size = unc.limit("cogging that the scatter may hide", 0.5 * fit.hidden, 0.5 * fit.hidden)
-        # A filter that is stated is undone.
-        more = 0.0 if last.torque_filter else 0.5 * self._blurred(fit, abs(speed))
+        # A filter that is stated is undone, and one that half the speed shows is made up for.
+        more = 0.0 if last.torque_filter or slower.limit else 0.5 * self._blurred(fit, abs(turned.speed))
         size = size * (1.0 + unc.limit("averaging in the transducer", more, more))
+        if slower.limit:
+            size = size * unc.limit("filter of the torque, by half the speed", slower.factor, slower.limit)
         self.report(
             "cogging_torque",
             unc.instrument("dynamometer, torque", size, self._gain(last.torque_accuracy)),
@@ -164,7 +232,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             estimator="orders that stand out of the noise, from trough to crest, in the part of a turn that was read"
             if part
             else "orders that stand out of the noise, from trough to crest",
-            misfit=fit.misfit.of("cogging_torque"),
+            misfit=Misfit.together((fit.misfit, slower.misfit)).of("cogging_torque"),
         )
 
     def _blurred(self, found: Cogging, speed: float) -> float:

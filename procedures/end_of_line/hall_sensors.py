@@ -25,6 +25,10 @@ from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 _NODES = {1: Node.HALL_1, 2: Node.HALL_2, 3: Node.HALL_3}
 #: First full-scale range (V) for a sensor's signal.
 _LOGIC = 12.5
+#: A lag (rad) between EMF and sensor that is told, beyond so many of its standard uncertainties.
+_LATE, _BEYOND = math.radians(1.0), 4.0
+#: An offset (rad) beyond this is nearer to half a turn than to none.
+_HALF_TURNED = 0.5 * math.pi
 #: Pole pairs that are taken where none are known, so that the record is long enough.
 _FEW = 1
 
@@ -47,6 +51,9 @@ class HallSensorsSettings(Settings):
         le=180.0,
         description="where sensor 1 should rise, electrical degrees after the rising zero of the EMF from A to C",
     )
+    both_ways: bool = Field(
+        default=True, description="drive backwards as well, so that what delays the EMF or a sensor's signal cancels"
+    )
     least_swing: float = Field(
         default=1.0, gt=0.0, le=100.0, description="a signal with a smaller swing counts as dead, V"
     )
@@ -57,6 +64,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
 
     Where block commutation switches A to plus, 30° after its phase's EMF has crossed zero, the EMF from A to C crosses
     zero itself: that is where sensor 1 of an ideal motor rises, sensors 2 and 3 a third and two thirds of a turn later.
+    A delay of a channel, and a sensor's hysteresis, move the places one way when driven forwards and the other way backwards.
     """
 
     name: ClassVar[str] = "hall-sensors"
@@ -90,7 +98,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
 
     @step(
         "L6/2",
-        "Probe the EMF from A to C, and the Hall sensors against their ground; drive forwards and record",
+        "Probe the EMF from A to C, and the Hall sensors against their ground; drive forwards, then backwards, and record",
         by_hand=True,
     )
     def record(self) -> Seen:
@@ -110,6 +118,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
         for first in range(0, len(SENSORS), room):
             sensors = SENSORS[first : first + room]
             seen |= self._recorded(channels[0], dict(zip(channels[1:], sensors, strict=False)))
+        self._tell_lag([switched for switched in seen.values() if switched is not None])
         return seen
 
     @step("L6/3", "Order and polarity: each lead that is dead, swapped or inverted")
@@ -126,9 +135,19 @@ class HallSensors(Procedure[HallSensorsSettings]):
             "faults": [f"H{fault.lead}: {fault.fault.value}" for fault in result.faults],
         }
         for fault in result.faults:
-            self.notice("hall", _said(fault))
+            self.notice("hall", self._said(fault))
         if not result.explained:
             self.notice("hall", text("two of the Hall sensors' leads show the same sensor"))
+        inverted = sum(fault.fault is HallFault.INVERTED for fault in result.faults)
+        if 1 < inverted == sum(switched is not None for switched in seen.values()) or abs(result.offset) > _HALF_TURNED:
+            self.notice(
+                "hall-half-turn",
+                text(
+                    "all Hall sensors together look turned by about half an electrical turn. A probe on C and A instead of A and C, or a "
+                    "channel that inverts, looks the same: check the EMF's probe before the sensors. A motor that is made so has its "
+                    "place in the setting offset"
+                ),
+            )
         count = len({fault.lead for fault in result.faults}) or (0 if result.explained else 1)
         self.report(
             "hall_faults",
@@ -178,19 +197,50 @@ class HallSensors(Procedure[HallSensorsSettings]):
         scope.configure_acquisition(record_time, settings.points, 0.0)
         rated = self.nameplate.rated_voltage
         ranges = {emf: 2.5 * settings.speed_share * rated if rated else 50.0, **dict.fromkeys(sensors, _LOGIC)}
-        with self.bench.dynamometer.driving_speed(speed):
-            waves = ranged_record(self.bench, ranges, 10.0 + record_time)
-        signals = np.vstack([waves[channel].values for channel in sensors])
-        found, frequency = switching(waves[emf].time, waves[emf].values, signals, settings.least_swing)
+        found = []
+        for way in (speed, -speed) if settings.both_ways else (speed,):
+            with self.bench.dynamometer.driving_speed(way):
+                waves = ranged_record(self.bench, ranges, 10.0 + record_time)
+            self.bench.dynamometer.stop()
+            signals = np.vstack([waves[channel].values for channel in sensors])
+            switched, frequency = switching(waves[emf].time, waves[emf].values, signals, settings.least_swing)
+            found.append(switched)
         self.findings["frequency"] = frequency
-        return dict(zip(sensors.values(), found, strict=True))
+        forwards, backwards = found[0], found[-1]
+        if settings.both_ways:
+            forwards = [
+                None if there is None or back is None else there.with_backwards(back)
+                for there, back in zip(forwards, backwards, strict=True)
+            ]
+        return dict(zip(sensors.values(), forwards, strict=True))
 
+    def _tell_lag(self, alive: Sequence[Switching]) -> None:
+        """Tell the largest time by which the EMF was shown later than a sensor, or earlier, where both ways of turning show one."""
+        late = [each for each in alive if abs(each.lag) > max(_LATE, _BEYOND * each.uncertainty)]
+        if late:
+            lag = max((each.lag for each in late), key=abs)
+            self.findings["lag"] = math.degrees(lag)
+            self.notice(
+                "channel-delay",
+                text(
+                    "the EMF and the Hall sensors are shown {time:.3g} µs apart ({angle:.2g}° electrical): a probe, its filter or AC "
+                    "coupling delays one of them, or the sensors switch with a hysteresis. Turning both ways takes this out of the "
+                    "figures",
+                    time=1e6 * abs(lag) / (2.0 * math.pi * self.findings["frequency"]),
+                    angle=math.degrees(abs(lag)),
+                ),
+            )
 
-def _said(found: HallFinding) -> Text:
-    match found.fault:
-        case HallFault.DEAD:
-            return text("H{lead} is dead: it does not switch once an electrical turn", lead=found.lead)
-        case HallFault.SWAPPED:
-            return text("H{lead} shows sensor {sensor}: leads are swapped", lead=found.lead, sensor=found.carries)
-        case HallFault.INVERTED:
-            return text("H{lead} is inverted: high where it should be low", lead=found.lead)
+    def _said(self, found: HallFinding) -> Text:
+        match found.fault:
+            case HallFault.DEAD:
+                return text(
+                    "H{lead} is dead: it does not switch by {least:g} V or more once an electrical turn; check its supply, its lead, and "
+                    "the factor of the probe on it",
+                    lead=found.lead,
+                    least=self.settings.least_swing,
+                )
+            case HallFault.SWAPPED:
+                return text("H{lead} shows sensor {sensor}: leads are swapped", lead=found.lead, sensor=found.carries)
+            case HallFault.INVERTED:
+                return text("H{lead} is inverted: high where it should be low", lead=found.lead)

@@ -1,13 +1,14 @@
 """Balance of the windings: how far a line's resistance or inductance is from the mean of the three."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from GTC.lib import UncertainReal
 from pydantic import Field
 
-from drivers.interfaces import Accuracy, Aperture, Wanted
+from drivers.interfaces import Accuracy, Aperture, ImpedanceReading, Wanted
 from drivers.interfaces.text import text
 from procedures.core.actions import (
     LINE_PAIRS,
@@ -24,15 +25,18 @@ from procedures.core.procedure_error import ProcedureError
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.winding import resistance
+from procedures.estimation.winding.closing import ReadAgain, Unsettled, read_again
 from procedures.estimation.winding.unbalance import all_at_once, largest_deviation, pooled, saliency_share
 from procedures.estimation.winding.wiring import Kind
 from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
+from procedures.techniques.winding.closing_reading import closed
 from procedures.techniques.winding.short_correction import short_correct
 from procedures.verification.settings import WiringSettings
 from procedures.verification.verifier import WiringError
 
 _AXES = ("d_axis_inductance", "q_axis_inductance")
 _PER_CENT = 100.0
+_RESISTANCE = "resistance_unbalance"
 #: Figures that are there only where other instruments had a path through every lead of the motor.
 _AT_ALL_LEADS = ("back_emf_unbalance", "stator_resistance")
 
@@ -45,6 +49,9 @@ class WindingBalanceSettings(WiringSettings):
     level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
     aperture: Aperture = Field(default=Aperture.MEDIUM, description="measurement time")
     repeats: int = Field(default=2, ge=1, le=100, description="readings a line")
+    closing: bool = Field(
+        default=True, description="read the first line once more at the end, if there are two or more readings a line"
+    )
     short_correction: bool = Field(
         default=True, description="measure and subtract the leads first; once for a series of motors is enough"
     )
@@ -52,10 +59,11 @@ class WindingBalanceSettings(WiringSettings):
 
 @dataclass(frozen=True)
 class LineQuantity:
-    """One quantity between AB, BC and CA: all readings, and the bridge's accuracy there."""
+    """One quantity between AB, BC and CA: all readings, the bridge's accuracy there, and what reading a line again showed."""
 
     readings: Sequence[Sequence[float]]
     accuracies: Sequence[Accuracy]
+    unsettled: Unsettled = field(default_factory=Unsettled)
 
 
 class WindingBalance(Procedure[WindingBalanceSettings]):
@@ -111,7 +119,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
                 continue
             if dead:
                 continue
-            line = RepeatedQuantity(between(pair), Wanted.RESISTANCE, ("resistance_unbalance",))
+            line = RepeatedQuantity(between(pair), Wanted.RESISTANCE, (_RESISTANCE,))
             by_resistance.append(repeated_readings(self, line, count))
             bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
             line = RepeatedQuantity(between(pair), Wanted.INDUCTANCE, ("inductance_unbalance",))
@@ -122,12 +130,36 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
             LineQuantity(
                 [[r.resistance for r in read] for read in by_resistance],
                 [r[0].resistance_accuracy for r in by_resistance],
+                self._close(dict(zip(LINE_PAIRS, by_resistance, strict=True)), count),
             ),
             LineQuantity(
                 [[r.inductance for r in read] for read in by_inductance],
                 [r[0].inductance_accuracy for r in by_inductance],
             ),
         )
+
+    def _close(self, readings: Mapping[LinePair, Sequence[ImpedanceReading]], count: int) -> Unsettled:
+        """Return what reading a line again shows of contacts: each line is connected once, and a contact that adds looks unbalanced."""
+        bridge, settings = self.bench.lcr_meter, self.settings
+        if not settings.closing or count < 2:
+            return Unsettled()
+        at = (settings.resistance_frequency, settings.level, settings.aperture)
+        values = {pair: [r.resistance for r in read] for pair, read in readings.items()}
+
+        def again(pair: LinePair) -> ReadAgain:
+            bridge.configure(*at)
+            self.wiring.bridge.connect(meter_across(*pair), *at)
+            line = RepeatedQuantity(between(pair), Wanted.RESISTANCE, (_RESISTANCE,))
+            last = repeated_readings(self, line, count)
+            return read_again(
+                values[pair],
+                [r.resistance for r in last],
+                [values[other] for other in LINE_PAIRS if other != pair],
+                seconds=last[-1].time - readings[pair][0].time,
+                coarseness=last[-1].resistance_accuracy.resolution / abs(last[-1].resistance) / math.sqrt(12.0),
+            )
+
+        return closed(self, again, _RESISTANCE)
 
     def _bridge_off(self, dead: Mapping[LinePair, WiringError]) -> ProcedureError | None:
         """Return that the bridge's own lead is off: no line conducts, and other instruments had all three leads of the motor."""
@@ -145,7 +177,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
     @step("L1/3", "Resistance: the largest deviation of a line from the mean of the three, over the mean")
     def compare_resistances(self, lines: LineQuantity) -> None:
         """Report it; the phases' own resistances stand in the findings."""
-        values = self._report("resistance_unbalance", "R", "resistance", lines)
+        values = self._report(_RESISTANCE, "R", "resistance", lines)
         ab, bc, ca = values
         try:
             phases = resistance.phase_resistances(ab, bc, ca, self.winding)
@@ -190,6 +222,11 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
         size = _PER_CENT * farthest.share
         if saliency:
             size = size + unc.limit("the rotor's saliency", 0.0, saliency)
+        unsettled = lines.unsettled
+        if unsettled.misfit.findings:
+            # A winding that cools differs between lines by what it changed meanwhile, contacts by all that they may add.
+            apart = abs(float(unsettled.misfit.findings[0].figures["change"])) if unsettled.warm else unsettled.excess
+            size = size + unc.limit("lines that read otherwise again", 0.0, _PER_CENT * apart)
         self.findings[f"line_{quantity}s"] = dict(zip(labels, found.means, strict=True))
         self.findings[f"{name}_line"] = labels[farthest.place]
         self.findings[f"{name}_deviations"] = self._deviations(found.means, labels)
@@ -198,6 +235,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
             size,
             section=self.section,
             estimator="largest deviation of a line from the mean of the three, over the mean",
+            misfit=unsettled.misfit,
         )
         return found.means
 

@@ -154,6 +154,11 @@ def mistake(entry: Mapping[str, Any], colours: Colours) -> Text:
                 "{wire} is connected as well, or a lead of the supply or the voltmeter is on it by mistake",
                 wire=wires[0],
             )
+        case "contacts":
+            return text(
+                "contacts of the clamps are in the reading, and are others each time: clean them, and put the voltmeter's leads on the "
+                "motor's terminals themselves, not on the supply's clamps"
+            )
         case "no voltage":
             return text("no channel shows a voltage: check the star point's wires and the coupling")
         case "refused":

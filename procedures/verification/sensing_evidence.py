@@ -25,6 +25,9 @@ from procedures.verification.supply_evidence import SupplyReading, evidence, fig
 from procedures.verification.two_poles import ALIKE, THIRD, alike, expected, loop, one_of_three, poles_of
 from procedures.verification.two_poles import judged as judged_alike
 
+#: Of one polarity's reading the other's is this share where a wire joins the third terminal, or a lead of the voltmeter is on it; unlike
+#: phases make it differ by so much.
+_ELSEWHERE, _NEAR = (0.75, 0.5), 0.05
 #: Shares of voltage and current between unlike phases are off by this at most.
 _UNLIKE = 0.05
 
@@ -114,8 +117,18 @@ def both_ways(connect: Connect, forwards: float, backwards: float) -> Check:
         forwards=forwards,
         backwards=backwards,
     )
-    entry = {"kind": "third", "terminals": [third]}
-    return Check(WiringOutcome.WRONG, "voltmeter", (entry,), readings, "", evidence, correctable_now=False)
+    share = min(forwards, backwards) / max(forwards, backwards)
+    elsewhere = share <= 0.0 or any(abs(share - told) <= _NEAR for told in _ELSEWHERE)
+    entries = ({"kind": "third", "terminals": [third]},) if elsewhere else ()
+    return Check(
+        WiringOutcome.WRONG,
+        "voltmeter",
+        (*entries, {"kind": "contacts"}),
+        readings,
+        "",
+        evidence,
+        correctable_now=False,
+    )
 
 
 def _motor_share(read: SupplyReading, leads: Interval) -> Interval:

@@ -57,6 +57,7 @@ class ShaftWiring:
                     "wires are interchanged, or the motor's forward direction is the opposite one. The results of this "
                     "procedure do not depend on it, the direction of rotation under a controller does"
                 ),
+                None,
             )
 
     def _turned(self, probes: Sequence[VoltageProbe]) -> Check:

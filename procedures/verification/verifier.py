@@ -34,9 +34,11 @@ class ConnectionVerifier:
     settings: AllWiringSettings
     known: Mapping[str, Parameter]
     findings: dict[str, Any]
-    notice: Callable[[str, Text], None]
+    notice: Callable[[str, Text, Text | None], None]
     #: Line readings that were taken again so far, their connections being corrected.
     repeated: int = field(default=0, init=False)
+    _odd: list[Text] = field(default_factory=list, init=False)
+    _told: Text | None = field(default=None, init=False)
 
     @property
     def lines(self) -> Lines:
@@ -57,8 +59,21 @@ class ConnectionVerifier:
         if isinstance(connection, Connect):
             self.bench.state.verified = result.outcome is WiringOutcome.VERIFIED
         if result.outcome is WiringOutcome.UNEXPLAINED and result.evidence is not None:
-            self.notice("wiring", _unexplained(result, result.evidence))
+            self._tell_unexplained(result, result.evidence)
         return result
+
+    def _tell_unexplained(self, check: Check, evidence: Text) -> None:
+        """Warn of a connection that reads oddly: once a procedure, with how many others do."""
+        self._odd.append(evidence)
+        if len(self._odd) > 1:
+            evidence = text(
+                "{evidence} (and {count} further connections of this procedure as oddly, each in the findings)",
+                evidence=self._odd[0],
+                count=len(self._odd) - 1,
+            )
+        told = _unexplained(check, evidence)
+        self.notice("wiring", told, self._told)
+        self._told = told
 
     def lines_to_repeat(self, lines: Mapping[LinePair, Connect], checks: Sequence[Check]) -> tuple[LinePair, ...]:
         """Return the first line whose check is wrong, its connection being corrected; none where no check is wrong.

@@ -52,10 +52,12 @@ _CLEAR_SENSORS = ShaftSensors()
 
 @dataclass(frozen=True)
 class Contacts:
-    """Disturbances by the contacts of the voltmeter and the bridge.
+    """Disturbances by the contacts of clamps.
 
-    `thermal_emf` (V) fades with `thermal_time` (s) after fingers have warmed a clamp. `resistance` (Ω) of a clamp lies within the
-    sensing leads; it has doubled where `doubling_current` (A) has flowed for long, and follows with `heating_time` (s).
+    `thermal_emf` (V) fades with `thermal_time` (s) after fingers have warmed the voltmeter's clamp. `resistance` (Ω) of each clamp on
+    the motor lies in the loop of whatever feeds it; it has doubled where `doubling_current` (A) has flowed for long, and follows with
+    `heating_time` (s). The leads of voltmeter and bridge that sense see it, being on the same clamp, unless `kelvin` says that each lead
+    has its own contact; an ohmmeter of two wires has its own in series.
     No contact is like the one before: put on anew, its resistance is log-normal about that, with the standard deviation `remaking`
     of its logarithm.
     """
@@ -66,6 +68,7 @@ class Contacts:
     doubling_current: float = 10.0
     heating_time: float = 5.0
     remaking: float = 0.5
+    kelvin: bool = False
 
     def __post_init__(self) -> None:
         _not_negative(self, frozenset({"thermal_time", "doubling_current", "heating_time"}))

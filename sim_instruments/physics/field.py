@@ -166,13 +166,13 @@ class RotorField(ImpressedField):
             if self._slopes is not None:
                 needed = needed + self._frame.induced(self._currents(times), self._slopes(times), speed)
             return needed
-        windings, lead = self.network.windings, self.network.lead_resistance
+        windings, wires = self.network.windings, self.network.wire_resistances[:, np.newaxis]
         turned_back = np.exp(-1j * self.rotor_angle(times))
         terminals = np.real(self.dq_currents(times) / turned_back * np.exp(-1j * _PHASES))
         drops = self.drops(times)
         if windings.motor.connection == "delta":
             drops = np.array([drops[0] - drops[2], drops[1] - drops[0], drops[2] - drops[1]]) / 3.0
-        legs = drops + lead * terminals + self._frame.bridge.of_legs(terminals)
+        legs = drops + wires * terminals + self._frame.bridge.of_legs(terminals)
         result: ComplexArray = (2.0 / 3.0) * np.sum(legs * np.exp(1j * _PHASES), axis=0) * turned_back
         return result
 

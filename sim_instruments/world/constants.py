@@ -1,7 +1,11 @@
 """Everything on the bench that never changes, and what follows from it for a shaft or a circuit."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
+import numpy as np
+
+from sim_instruments.disturbances.bench import Contacts
 from sim_instruments.physics.circuits.eddy import EddyNetwork
 from sim_instruments.physics.circuits.network import Network
 from sim_instruments.physics.circuits.shorted import ShortedNetwork
@@ -30,6 +34,7 @@ class Constants:
     inverter: InverterStage
     leads: Leads
     six_step: SixStepStage | None = None
+    contacts: Contacts = field(default_factory=Contacts)
 
     def shaft(self, settings: WorldSettings, torque: float = 0.0) -> Shaft:
         """Return what turns together: the motor, and the dynamometer's machine where it is coupled; rubbing is its mean.
@@ -99,31 +104,37 @@ class Constants:
         *,
         supplied: bool,
         eddy_currents: FloatArray | None = None,
+        contact_warmth: FloatArray | None = None,
     ) -> Network:
         """Return the circuit of the present wiring, with the supply's output connected or open.
 
-        That of a held rotor begins with the `eddy_currents` (A) in its iron, where it has any.
+        That of a held rotor begins with the `eddy_currents` (A) in its iron, where it has any. `contact_warmth` is by what share the
+        contacts' resistances have risen.
         """
         wired = windings, settings.sockets(), SUPPLY_POLES if supplied else None
+        given: dict[str, Any] = {
+            "source_resistance": self.supply.output_resistance,
+            "lead_resistance": self.leads.resistance,
+            "contacts": np.multiply(settings.clamps, 1.0 if contact_warmth is None else 1.0 + contact_warmth),
+        }
         if isinstance(windings, MappedWindings):
-            return MappedNetwork(
-                *wired, source_resistance=self.supply.output_resistance, lead_resistance=self.leads.resistance
-            )
-        source, lead = self.supply.output_resistance, self.leads.resistance
+            return MappedNetwork(*wired, **given)
         if windings.motor.shorted_turns is not None:
-            return ShortedNetwork(*wired, source_resistance=source, lead_resistance=lead)
+            return ShortedNetwork(*wired, **given)
         if settings.rotor_held and self.motor.iron.has_eddy_currents:
-            return EddyNetwork(
-                *wired, source_resistance=source, lead_resistance=lead, held=True, eddy_currents=eddy_currents
-            )
-        return Network(*wired, source_resistance=source, lead_resistance=lead, held=settings.rotor_held)
+            return EddyNetwork(*wired, **given, held=True, eddy_currents=eddy_currents)
+        return Network(*wired, **given, held=settings.rotor_held)
 
     def bridge_network(self, windings: Windings, settings: WorldSettings) -> Network:
-        """Return the circuit as the bridge's four-terminal leads see it; its fixture's residual is apart."""
+        """Return the circuit as the bridge's leads see it, with the contacts between motor and clamps unless each lead has its own.
+
+        Its fixture's residual is apart.
+        """
         kind = EddyNetwork if self.motor.iron.has_eddy_currents else Network
         if windings.motor.shorted_turns is not None:
             kind = ShortedNetwork
-        return kind(windings, settings.sockets(), BRIDGE_POLES, lead_resistance=0.0)
+        contacts = None if self.contacts.kelvin else np.array(settings.clamps)
+        return kind(windings, settings.sockets(), BRIDGE_POLES, contacts=contacts)
 
     def inverter_direction(self, settings: WorldSettings) -> int:
         """Return +1 or -1 for a positive or negative phase sequence at the motor, 0 where a phase is missing."""

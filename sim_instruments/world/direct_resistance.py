@@ -22,8 +22,8 @@ def direct_resistance(network: Network, first: str, second: str, *, stiff: bool,
     is then its own resistance; an output that impresses a current, or is off, is open. `bridge` says that the bridge's leads are on.
     """
     wires = [
-        (terminal, socket, max(network.lead_resistance, _LEAST))
-        for terminal, socket in zip("ABC", network.sockets, strict=True)
+        (terminal, socket, max(float(resistance), _LEAST))
+        for terminal, socket, resistance in zip("ABC", network.sockets, network.wire_resistances, strict=True)
         if socket != "open"
     ]
     resistors = [*_windings(network), *wires]

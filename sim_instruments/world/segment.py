@@ -64,6 +64,7 @@ class State:
     field: FieldState | None = None
     eddy_currents: FloatArray | None = None
     magnet_temperature: float | None = None
+    contact_warmth: FloatArray | None = None
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from sim_instruments.physics.circuits.source import CurrentSource
 from sim_instruments.physics.mapped.rotation import MappedRotation
 from sim_instruments.physics.motion.motion import Motion, RestingShaft, Wavering
 from sim_instruments.physics.rotating import Rotating
+from sim_instruments.world import clamps
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment, State
 from sim_instruments.world.segment_inputs import SegmentInputs, dynamometer_ramp
@@ -42,6 +43,7 @@ def plan(constants: Constants, settings: WorldSettings, state: State, time: floa
         settings.six_step.enabled, settings.six_step.fault = False, trip.fault
         segment = _with_shaft(inputs, direction)
     segment = _with_over_current(settings.supply, state, segment)
+    segment = clamps.next_update(constants.contacts, state.contact_warmth, segment)
     return next_update(
         constants.motor,
         settings.ambient_temperature,
@@ -56,16 +58,17 @@ def _supplied(
     constants: Constants, settings: WorldSettings, state: State, time: float
 ) -> tuple[Regime | None, Network]:
     """Return what the supply's output does, None where it is open, and the circuit that it is or is not part of."""
+    carried = {"eddy_currents": state.eddy_currents, "contact_warmth": state.contact_warmth}
     # What turns the shaft outlasts the output's fall by far.
     falls_unseen = not settings.supply.on and _turned_from_outside(settings)
     if not (falls_unseen or is_open(settings.supply, state)):
         windings = constants.windings(settings, state.temperature, state.magnet_temperature, supplied=True)
-        supplied = constants.network(windings, settings, supplied=True, eddy_currents=state.eddy_currents)
+        supplied = constants.network(windings, settings, supplied=True, **carried)
         output = regime(settings.supply, settings.supply_limit, constants.supply, state, supplied, time)
         if output is not None:
             return output, supplied
     windings = constants.windings(settings, state.temperature, state.magnet_temperature, supplied=False)
-    return None, constants.network(windings, settings, supplied=False, eddy_currents=state.eddy_currents)
+    return None, constants.network(windings, settings, supplied=False, **carried)
 
 
 def _with_shaft(inputs: SegmentInputs, direction: int) -> Segment:

@@ -143,7 +143,10 @@ class ShaftSettings:
 
 @dataclass
 class WorldSettings:
-    """Everything set on the bench. `exchanged` are two terminals whose wires are exchanged inside the motor."""
+    """Everything set on the bench. `exchanged` are two terminals whose wires are exchanged inside the motor.
+
+    `clamps` are the resistances (Ω) of the contacts at the motor's own terminals A, B, C, cold.
+    """
 
     wiring: dict[Terminal, Contact] = field(default_factory=lambda: {"A": "open", "B": "open", "C": "open"})
     supply: SupplySettings = field(default_factory=SupplySettings)
@@ -155,12 +158,14 @@ class WorldSettings:
     leads_shorted: bool = False
     faults: BenchFaults = field(default_factory=BenchFaults)
     exchanged: tuple[Terminal, Terminal] | None = None
+    clamps: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     def snapshot(self) -> Snapshot:
         """Return everything that is set now, to be compared with what is set later."""
         return (
             self.ambient_temperature,
             self.leads_shorted,
+            self.clamps,
             self.wiring.copy(),
             vars(self.supply).copy(),
             vars(self.dynamometer).copy(),

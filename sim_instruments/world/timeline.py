@@ -11,11 +11,13 @@ from itertools import pairwise
 import numpy as np
 
 from sim_instruments.clock.virtual_clock import BenchClock
+from sim_instruments.disturbances.bench import Contacts
 from sim_instruments.physics.circuits.transient import LinearTransient
 from sim_instruments.physics.circuits.windings import FloatArray, Windings
 from sim_instruments.physics.field import ImpressedField
 from sim_instruments.physics.mapped.windings import windings_of
 from sim_instruments.physics.motor.motor import VirtualMotor
+from sim_instruments.world.clamps import warmth_after
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.history import History, Quantity
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
@@ -50,10 +52,12 @@ class Timeline:
         ambient_temperature: float,
         initial_angle: float,
         six_step: SixStepStage | None = None,
+        contacts: Contacts | None = None,
+        clamps: tuple[float, ...] = (0.0, 0.0, 0.0),
     ) -> None:
         self.lock = threading.RLock()
-        self.constants = Constants(motor, supply, dynamometer, inverter, leads, six_step)
-        self.settings = WorldSettings(ambient_temperature=ambient_temperature, exchanged=motor.exchanged)
+        self.constants = Constants(motor, supply, dynamometer, inverter, leads, six_step, contacts or Contacts())
+        self.settings = WorldSettings(ambient_temperature=ambient_temperature, exchanged=motor.exchanged, clamps=clamps)
         self._clock = clock
         self.now = clock.now()
         #: The state at the present time, None where nobody has asked for it yet.
@@ -333,6 +337,7 @@ class Timeline:
                 segment,
                 time,
             ),
+            contact_warmth=warmth_after(self.constants.contacts, before.contact_warmth, segment, time),
         )
 
 

@@ -1,9 +1,11 @@
 """The multimeter's leads: where they are, and what is between them."""
 
+import math
+
 import numpy as np
 
 from sim_instruments.disturbances.bench import Contacts
-from sim_instruments.world.contact_voltage import Clamp, contact_voltage
+from sim_instruments.world.clamps import Clamps
 from sim_instruments.world.direct_resistance import direct_resistance
 from sim_instruments.world.held_probes import FIRST_SUPPLY, node_row
 from sim_instruments.world.probes import PlacedVoltageProbe
@@ -15,17 +17,18 @@ from sim_instruments.world.timeline import Timeline
 class VoltmeterLeads:
     """Two leads with a source and a sense wire each; to be used with the timeline's lock held."""
 
-    def __init__(self, timeline: Timeline, contacts: Contacts, clamp: Clamp) -> None:
+    def __init__(self, timeline: Timeline, contacts: Contacts, clamps: Clamps) -> None:
         self._timeline = timeline
         self._contacts = contacts
-        self._clamp = clamp
+        self._clamps = clamps
+        self._own = clamps.put_on(2)
         self._placed: PlacedVoltageProbe | None = None
         self._since = 0.0
 
     def put_on(self, placed: PlacedVoltageProbe, now: float) -> None:
         """Put the leads on two nodes at a bench time (s)."""
         self._placed, self._since = placed, now
-        self._clamp.put_on()
+        self._own = self._clamps.put_on(2)
 
     def take_off(self) -> None:
         """Take the leads off; nothing is between them then."""
@@ -44,13 +47,11 @@ class VoltmeterLeads:
             output = self._timeline.mean(lambda segment, at: segment.output_voltage(at), aperture, until)
             return output * ((plus == FIRST_SUPPLY) - (minus == FIRST_SUPPLY))
         voltage = self._timeline.mean(lambda segment, at: self._difference(segment, at, rows), aperture, until)
-        at = self._timeline.now if until is None else until
-        return voltage + contact_voltage(
-            self._contacts, self._clamp.resistance, self._timeline, plus, aperture, at, at - self._since
-        )
+        attached = max((self._timeline.now if until is None else until) - self._since, 0.0)
+        return voltage + self._contacts.thermal_emf * math.exp(-attached / self._contacts.thermal_time)
 
     def signal(self, times: FloatArray) -> FloatArray:
-        """Return the voltage (V, shape of `times`) at past times (s), clamps left out. Raises ValueError as `voltage` does."""
+        """Return the voltage (V, shape of `times`) at past times (s), without thermal EMF. Raises ValueError as `voltage` does."""
         rows = self._rows()
         if rows is None:
             return np.zeros_like(times)
@@ -77,7 +78,7 @@ class VoltmeterLeads:
 
     def contact_resistance(self) -> float:
         """Return the resistance (Ω) of both clamps, which source and sense wires have in common with two-wire measurements."""
-        return 2.0 * self._clamp.resistance
+        return sum(self._own)
 
     def _rows(self) -> tuple[int, int] | None:
         if self._placed is None or self._placed.loose:
@@ -89,8 +90,11 @@ class VoltmeterLeads:
     def _on_supply(rows: tuple[int, int]) -> bool:
         return max(rows) >= FIRST_SUPPLY
 
-    @staticmethod
-    def _difference(segment: Segment, at: FloatArray, rows: tuple[int, int]) -> FloatArray:
+    def _difference(self, segment: Segment, at: FloatArray, rows: tuple[int, int]) -> FloatArray:
         nodes = segment.node_potentials(at)
+        contacts = segment.circuit.network.contacts
+        if not self._contacts.kelvin and contacts.any():
+            # The sensing leads are on the clamps of whatever feeds the motor, and see their contacts.
+            nodes[: len(TERMINALS)] += contacts[:, np.newaxis] * segment.terminal_currents(at)
         result: FloatArray = nodes[rows[0]] - nodes[rows[1]]
         return result

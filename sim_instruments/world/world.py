@@ -14,7 +14,7 @@ from sim_instruments.faults.damage import Damage, Switched
 from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.world import impedance
-from sim_instruments.world.contact_voltage import Clamp
+from sim_instruments.world.clamps import Clamps
 from sim_instruments.world.held_probes import HeldProbes, places
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.miswiring import Miswirings
@@ -72,7 +72,8 @@ class World:
         #: What disturbs the bench beyond its instruments' limits of error.
         self.disturbances = disturbances or Disturbances()
         self._random = np.random.default_rng(seed)
-        self._bridge_clamp, sense_clamp = (Clamp(self.disturbances.contacts, (seed, k)) for k in (0xC1A, 0xC1B))
+        contacts = self.disturbances.contacts
+        self._clamps, sensing = (Clamps(contacts, (seed, k)) for k in (0xC1A, 0xC1B))
         stage = None if six_step is None else SixStepStage(six_step, motor)
         self._timeline = Timeline(
             motor,
@@ -84,6 +85,8 @@ class World:
             ambient_temperature=ambient_temperature,
             initial_angle=initial_angle,
             six_step=stage,
+            contacts=contacts,
+            clamps=self._clamps.put_on(len(TERMINALS)),
         )
         self._sockets = tuple(
             name
@@ -108,7 +111,7 @@ class World:
         #: The insulation tester's output; None on a bench without a fixture.
         self.insulation = InsulationOutput(self._timeline, self.damage) if fixture else None
         self._probes: dict[int, Probe] = {}
-        self._leads = VoltmeterLeads(self._timeline, self.disturbances.contacts, sense_clamp)
+        self._leads = VoltmeterLeads(self._timeline, contacts, sensing)
         #: Miswirings that hands will make.
         self.miswirings = Miswirings()
 
@@ -132,7 +135,7 @@ class World:
             complete[terminal] = cast("Socket", socket)
         with self._timeline.changing() as settings:
             settings.wiring = {**self.miswirings.connected(complete)}
-            self._bridge_clamp.put_on()
+            settings.clamps = self._clamps.put_on(len(TERMINALS))
 
     def take_off(self, terminals: Iterable[Terminal]) -> None:
         """Take the wires of these terminals off whatever they are on; the others stay. Raises ValueError for an unknown one."""
@@ -296,9 +299,7 @@ class World:
             if not 0.0 < value < math.inf:
                 raise ValueError(f"impedance(): {name} is {value}; it must be positive and finite")
         with self._timeline.observing():
-            read = impedance.reading(self._timeline, frequency, level_rms, aperture)
-            # Clipped together, the leads have no clamp of the motor's between them.
-            return read if self._timeline.settings.leads_shorted else read + self._bridge_clamp.resistance
+            return impedance.reading(self._timeline, frequency, level_rms, aperture)
 
     def probe_signal(self, channel: int, times: ArrayLike) -> FloatArray:
         """Return the true signal (V or A, shape of `times`) of a channel's probe at past bench times (s).

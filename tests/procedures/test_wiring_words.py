@@ -38,7 +38,7 @@ def records():
         }
     yield from (
         {"kind": kind, "terminals": ["C"], "by": "inverter", "channel": 1}
-        for kind in ("third", "refused", "order", "no voltage", "tenth", "channel")
+        for kind in ("third", "refused", "order", "no voltage", "tenth", "channel", "contacts")
     )
 
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 
 from bench.motor.motor_file import load_motor
-from sim_instruments.bench import VirtualBench
+from sim_instruments.bench import BenchSetting, VirtualBench
+from sim_instruments.disturbances.bench import Disturbances, ShaftSensors
 from tests.runs.on_bench import measure, within
 
 FILE = load_motor("lg-400w")
@@ -81,8 +82,36 @@ def test_an_order_too_high_for_a_whole_turn_is_no_small_cogging(feeling):
     file = load_motor("outrunner-delta")
     motor = file.virtual_motor()
     with feeling(motor) as bench:
-        low, high = measure(bench, file.nameplate, "cogging-torque").parameter("cogging_torque").coverage_interval
+        result = measure(bench, file.nameplate, "cogging-torque")
+        # The readings alone do not tell it from scatter; those at half the speed show that there is more.
+        low, high = (
+            measure(bench, file.nameplate, "cogging-torque", "half_speed=false")
+            .parameter("cogging_torque")
+            .coverage_interval
+        )
     assert low <= 2.0 * motor.cogging_torque <= high
+    (withheld,) = result.withheld
+    assert withheld.cause == "vibration"
+    assert "state the order" in str(withheld.message)
+
+
+@pytest.mark.parametrize("settings", [(), ("order=24",)])
+@pytest.mark.parametrize(
+    ("sensors", "cause", "given"),
+    [
+        (ShaftSensors(torque_filter=0.05), "torque-filter", True),
+        (ShaftSensors(torque_filter=0.3), "torque-filter", False),
+        (ShaftSensors(vibration=0.003, vibration_frequency=7.4), "vibration", False),
+    ],
+)
+def test_what_does_not_go_with_the_angle_is_told_by_half_the_speed(settings, sensors, cause, given):
+    setting = BenchSetting(disturbances=Disturbances(sensors=sensors))
+    with VirtualBench(FILE.virtual_motor(), seed=3, sockets=False, setting=setting) as bench:
+        result = measure(bench, FILE.nameplate, "cogging-torque", *settings)
+    assert cause in [notice.identifier for notice in result.warnings]
+    assert bool(result.parameters) is given
+    if given:
+        assert within(result.parameter("cogging_torque"), 2.0 * FILE.virtual_motor().cogging_torque)
 
 
 def test_averaging_that_blurs_is_said(feeling):

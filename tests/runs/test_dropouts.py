@@ -2,6 +2,8 @@
 
 import pytest
 
+from bench.motor.shipped_motors import motor_content
+
 
 @pytest.mark.parametrize("seed", [1, 3])
 def test_zeros_among_the_readings_end_no_procedure_and_are_told(motorbench, tmp_path, seed):
@@ -22,3 +24,16 @@ def test_zeros_among_the_readings_end_no_procedure_and_are_told(motorbench, tmp_
     assert friction["standard_uncertainty"] < 0.01 * friction["value"]
     inertia = given["parameters"]["inertia"]
     assert inertia["note_value"] == pytest.approx(inertia["truth"], rel=0.15)
+
+
+def test_a_map_reads_the_shaft_again_where_nothing_but_zeros_came(motorbench, tmp_path):
+    disturbances, motor = tmp_path / "disturbances.toml", tmp_path / "motor.toml"
+    disturbances.write_text("[dynamometer]\ndropouts = 0.05\n", encoding="utf-8")
+    _, content, _ = motor_content("lg-400w")
+    motor.write_text(content.decode().replace("[nameplate]\n", "[nameplate]\npole_pairs = 4\n", 1), encoding="utf-8")
+    status, given = motorbench(
+        "run", "flux-map", "--set", "locations=12", "--station", "virtual", "--motor", str(motor), "--seed", "5",
+        "--disturbances", str(disturbances),
+    )  # fmt: skip
+    assert status == 0, given.get("cause")
+    assert "dynamometer-limit" not in {w["id"] for w in given["warnings"]}

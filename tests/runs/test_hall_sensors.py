@@ -7,7 +7,9 @@ import pytest
 
 from bench.motor.motor_file import load_motor
 from procedures.core.bench import ProcedureError
-from sim_instruments.bench import VirtualBench
+from sim_instruments.bench import BenchSetting, VirtualBench
+from sim_instruments.disturbances.bench import Disturbances
+from sim_instruments.disturbances.channel import ChannelPath
 from sim_instruments.physics.motor.hall import SimulatedHallSensors
 from tests.runs.on_bench import measure, within
 
@@ -15,8 +17,9 @@ FILE = load_motor("lg-400w")
 PLATE = replace(FILE.nameplate, pole_pairs=4, hall_sensors=True)
 
 
-def checked(halls, plate=PLATE, *settings):
-    with VirtualBench(replace(FILE.virtual_motor(), halls=halls), seed=3, sockets=False) as bench:
+def checked(halls, plate=PLATE, *settings, channels=None):
+    setting = BenchSetting(disturbances=Disturbances(channels=channels or {}))
+    with VirtualBench(replace(FILE.virtual_motor(), halls=halls), seed=3, sockets=False, setting=setting) as bench:
         result = measure(bench, plate, "hall-sensors", *settings)
         bench.clock.sleep(60.0)
         assert abs(bench.world.truth()["shaft_speed"]) < 0.1
@@ -37,6 +40,23 @@ def test_an_offset_is_measured_in_electrical_degrees(offset):
     _, found = checked(SimulatedHallSensors(offset=math.radians(offset)))
     assert found["hall_faults"].value == 0.0
     assert within(found["hall_offset"], offset)
+
+
+@pytest.mark.parametrize(
+    "channels", [{1: ChannelPath(pole=500.0)}, {1: ChannelPath(coupling_corner=5.0)}, {2: ChannelPath(skew=2e-4)}]
+)
+def test_what_is_late_cancels_by_turning_both_ways_and_is_said(channels):
+    result, found = checked(SimulatedHallSensors(offset=math.radians(5.0)), channels=channels)
+    assert within(found["hall_offset"], 5.0)
+    assert within(found["hall_spacing_deviation"], 0.0)
+    assert [notice.identifier for notice in result.warnings] == ["channel-delay"]
+    _, once = checked(SimulatedHallSensors(offset=math.radians(5.0)), PLATE, "both_ways=false", channels=channels)
+    assert not within(once["hall_offset"], 5.0)
+
+
+def test_a_probe_the_wrong_way_round_is_named_beside_the_sensors():
+    result, _ = checked(SimulatedHallSensors(), channels={1: ChannelPath(factor=-1.0)})
+    assert "hall-half-turn" in [notice.identifier for notice in result.warnings]
 
 
 def test_a_sensor_glued_in_the_wrong_place():

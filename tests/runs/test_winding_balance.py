@@ -34,6 +34,17 @@ def test_it_holds_the_truth(motorbench, motor):
     assert within(found, found["truth"])
 
 
+@pytest.mark.parametrize(("contact", "given"), [(0.02, True), (0.3, False)])
+def test_contacts_that_differ_are_no_unbalance(motorbench, tmp_path, contact, given):
+    file = tmp_path / "contacts.toml"
+    file.write_text(f"[contacts]\nresistance = {contact}\n", encoding="utf-8")
+    _, found = motorbench("run", "winding-balance", "--motor", "gimbal", "--disturbances", str(file), *RUN)
+    assert "contact" in {warning["id"] for warning in found["warnings"]}
+    assert ("resistance_unbalance" in found["parameters"]) is given
+    if given:
+        assert within(found["parameters"]["resistance_unbalance"], found["parameters"]["resistance_unbalance"]["truth"])
+
+
 def test_a_phase_of_more_resistance_is_found_and_named(motorbench, altered):
     motor = altered("lg-400w", "[0.0163, 0.0159, 0.0158]", "[0.0160, 0.0180, 0.0160]")
     _, given = motorbench("run", "winding-balance", "--motor", motor, *RUN)

@@ -57,9 +57,22 @@ _SEEN_IN_COGGING = {
         "the torque's filter of {time_constant:.2g} s reduces order {order:.0f} by {share:.0%} at this speed: "
         "turn more slowly (speed_rpm), or make the filter faster"
     ),
+    Cause.VIBRATION: text(
+        "of the {order:.0f} periods per turn at this speed only {share:.0%} come again at half the speed. What goes with time and not with "
+        "the angle is no cogging: a vibration of {frequency:.3g} Hz, or an order too high for the readings. Look for a machine that runs "
+        "nearby, state the order, or take more readings"
+    ),
     Cause.WRONG_PERIOD: text(
         "the torque also has {order:.1f} periods per turn, with {amplitude:.3g} N·m, which is not a multiple of "
         "the order given: check slots and poles, or leave the order out so that a whole turn is read"
+    ),
+}
+#: Of a wave that only the part at half the speed has.
+_SEEN_IN_COGGING_HALF = {
+    Cause.VIBRATION: text(
+        "at half the speed the torque has {order:.0f} periods per turn, with {amplitude:.3g} N·m, that were not seen before. They are a "
+        "vibration of {frequency:.3g} Hz, or cogging of an order too high for the readings. Look for a machine that runs nearby, state the "
+        "order, or take more readings"
     ),
 }
 #: What is said of a torque constant: `record` = "torque-constant".
@@ -87,6 +100,7 @@ SENTENCES = {
     "ramp-seldom": _SEEN_IN_RAMP_SELDOM,
     "ramp-tried": _SEEN_IN_RAMP_TRIED,
     "cogging": _SEEN_IN_COGGING,
+    "cogging-half": _SEEN_IN_COGGING_HALF,
     "torque-constant": _SEEN_IN_TORQUE_CONSTANT,
     "torque-constant-alone": _SEEN_IN_TORQUE_CONSTANT_ALONE,
 }

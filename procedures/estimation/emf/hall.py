@@ -24,12 +24,23 @@ _HARMONICS = (1, 5, 7)
 class Switching:
     """The angles at which a sensor's signal rises and falls (rad, electrical, after the line EMF's rising zero), and its duty.
 
-    `uncertainty` (rad) is that of either edge.
+    `uncertainty` (rad) is that of either edge. `lag` (rad) is by how much the EMF was shown later than the sensor, where that is known.
     """
 
     rise: float
     fall: float
     uncertainty: float
+    lag: float = math.nan
+
+    def with_backwards(self, backwards: "Switching") -> "Switching":
+        """Return the places that also hold for a machine that turned `backwards` at the same speed, its angles counted in time.
+
+        Seen backwards the sensor rises where it falls forwards, while the EMF rises through zero at the same place. What is late is
+        late in time, and so by opposite angles: their mean is free of it.
+        """
+        late = [_wrapped(back + there) for there, back in ((self.rise, backwards.fall), (self.fall, backwards.rise))]
+        rise, fall = (_wrapped(there - 0.5 * both) for there, both in zip((self.rise, self.fall), late, strict=True))
+        return Switching(rise, fall, 0.5 * math.hypot(self.uncertainty, backwards.uncertainty), -0.25 * sum(late))
 
     @property
     def duty(self) -> float:

@@ -38,6 +38,7 @@ class Cause(StrEnum):
     DROPOUTS = "dropouts"
     REPEATED_ROWS = "repeated-rows"
     COGGING = "cogging"
+    VIBRATION = "vibration"
     MODULATED = "modulated"
     ECCENTRICITY = "eccentricity"
     REGRIP = "regrip"

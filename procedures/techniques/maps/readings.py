@@ -137,7 +137,7 @@ def _read(
         reading = bench.inverter.measure_dq(pace.turns * 2.0 * math.pi / speed)
     except (MeasurementError, ReportedError) as error:
         # A motor that runs away from its dynamometer soon reaches a limit of the inverter.
-        if holds(bench, shaft := bench.dynamometer.measure(), speed):
+        if holds(bench, shaft := _shaft(bench), speed):
             if isinstance(error, ReportedError):
                 raise
             # The voltage does not carry this current: the next one may be carried.
@@ -148,7 +148,7 @@ def _read(
                 raise
             _not_held(bench, nameplate, shaft, point.direction * speed, taken)
     else:
-        if holds(bench, shaft := bench.dynamometer.measure(), speed):
+        if holds(bench, shaft := _shaft(bench), speed):
             taken.points.append(MapPoint(point, reading, shaft, taken.session))
         else:
             _not_held(bench, nameplate, shaft, point.direction * speed, taken)
@@ -158,6 +158,12 @@ def _read(
     if rest > 0.0:
         bench.inverter.set_dq_current(0.0, 0.0)
         bench.clock.sleep(rest)
+
+
+def _shaft(bench: Bench) -> DynamometerReading:
+    """Return a reading of the shaft; one of nothing but zeros is that of a sensor that dropped out, and is taken once more."""
+    read = bench.dynamometer.measure()
+    return read if read.speed or read.torque else bench.dynamometer.measure()
 
 
 def _not_held(bench: Bench, nameplate: Nameplate, shaft: DynamometerReading, speed: float, taken: MapReadings) -> None:

@@ -54,7 +54,7 @@ class ShaftTorque:
             return None
         return text(
             "the shaft torque is {ratio:.4f} times the torque by the map, known to ±{expanded:.2g}: check "
-            "the gains of currents, voltages and torque, the pole pairs, and peak against rms",
+            "the gains of currents, voltages and torque, a filter of the torque that is not stated, the pole pairs, and peak against rms",
             ratio=self.ratio,
             expanded=2.0 * self.standard_uncertainty,
         )

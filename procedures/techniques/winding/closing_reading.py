@@ -9,11 +9,12 @@ from procedures.core.actions import LINE_PAIRS, LinePair
 from procedures.core.procedure import Procedure
 from procedures.estimation.winding.closing import ReadAgain, Unsettled, unsettled
 
-_PARAMETER = "stator_resistance"
 
-
-def closed(procedure: Procedure[Any], again: Callable[[LinePair], ReadAgain]) -> Unsettled:
-    """Return what reading the first line again shows; where it has changed beyond chance the others are read again, too.
+def closed(
+    procedure: Procedure[Any], again: Callable[[LinePair], ReadAgain], parameter: str = "stator_resistance"
+) -> Unsettled:
+    """Return what reading the first line again shows; where it has changed beyond chance the others are read again, too. It is said of a
+    `parameter`.
 
     Warmth of the current changes all lines alike, contacts do not: what may be either shows in the others.
     """
@@ -23,7 +24,7 @@ def closed(procedure: Procedure[Any], again: Callable[[LinePair], ReadAgain]) ->
         if not read[LINE_PAIRS[0]].changed:
             break
     procedure.findings["read_again"] = _rows(read)
-    return unsettled(tuple(read.values()), _PARAMETER)
+    return unsettled(tuple(read.values()), parameter)
 
 
 def _rows(read: Mapping[LinePair, ReadAgain]) -> dict[str, dict[str, float]]:

@@ -197,12 +197,23 @@ class Dyn200:
     def _zero_torque(self) -> None:
         self._zero += self._sense()[0]
 
-    def _disturbed(self, torque: float, speed: float, gate: float) -> tuple[float, float]:
-        """Return torque (N·m) and speed (rad/s) as the disturbed sensors give them; a speed is counted over `gate` s."""
-        sensors, now, angle = self._world.disturbances.sensors, self._world.clock.now(), self._world.dynamometer.angle
-        torque += sensors.torque_runout * math.sin(angle) + sensors.torque_drift * now
-        torque += sensors.vibration * math.sin(2.0 * math.pi * sensors.vibration_frequency * now)
-        speed *= 1.0 + sensors.speed_runout * math.sin(angle)
+    def _disturbed(self, torque: float, speed: float, torque_gate: float, gate: float) -> tuple[float, float]:
+        """Return torque (N·m) and speed (rad/s) as the disturbed sensors give them, means over `torque_gate` and `gate` s or filtered."""
+        sensors, machine = self._world.disturbances.sensors, self._world.dynamometer
+        torque += sensors.torque_drift * self._world.clock.now()
+        if sensors.torque_runout or sensors.vibration:
+            shaking = 2.0 * math.pi * sensors.vibration_frequency
+            torque += machine.sensed(
+                lambda times, angle, _: (
+                    sensors.torque_runout * np.sin(angle) + sensors.vibration * np.sin(shaking * times)
+                ),
+                sensors.torque_filter,
+                torque_gate,
+            )
+        if sensors.speed_runout:
+            speed += sensors.speed_runout * machine.sensed(
+                lambda _, angle, turning: turning * np.sin(angle), sensors.speed_filter, gate
+            )
         if sensors.pulses:
             pulse = 2.0 * math.pi / (sensors.pulses * gate)
             # Where the gate falls among the pulses is chance.
@@ -220,7 +231,7 @@ class Dyn200:
             torque = machine.lagging_torque(slow_torque) if slow_torque else machine.torque(torque_time)
             speed = machine.lagging_speed(slow_speed) if slow_speed else machine.speed(speed_time)
             if not sensors.clear:
-                torque, speed = self._disturbed(torque, speed, speed_time)
+                torque, speed = self._disturbed(torque, speed, torque_time, speed_time)
         noise = float(self._random.normal(0.0, self._noise * math.sqrt(2.0 * _FILTER_STEP / torque_time)))
         return torque * (1.0 + errors.torque_gain) + errors.torque_offset + noise - self._zero, speed * (
             1.0 + errors.speed_gain

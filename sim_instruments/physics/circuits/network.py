@@ -18,7 +18,8 @@ class Network:
 
     Winding currents are w = basis·x: the loops that Kirchhoff's current law leaves. With a `source` (two socket
     names, + and −) they obey M·x' + K·x + basisᵀ·EMF = drive·u, and the source's current is driveᵀ·x.
-    `held` says that the rotor stands, and so that the circuit may saturate.
+    `held` says that the rotor stands, and so that the circuit may saturate. In each terminal's wire is the `lead_resistance` (Ω) and that
+    of its clamp's contact (Ω, shape (3,)).
     """
 
     def __init__(
@@ -29,19 +30,22 @@ class Network:
         *,
         source_resistance: float = 0.0,
         lead_resistance: float = 0.0,
+        contacts: FloatArray | None = None,
         held: bool = False,
     ) -> None:
         self.windings = windings
         self.saturation: AxisLaw | None = self._axis_law(held)
         self.sockets = tuple(sockets)
         self.source_resistance = source_resistance
-        self.lead_resistance = lead_resistance
+        self.contacts: FloatArray = np.zeros(3) if contacts is None else contacts
+        #: Resistances (Ω, shape (3,)) of the terminals' wires, contacts included.
+        self.wire_resistances = lead_resistance + self.contacts
         self._wiring = joined = wiring(windings.motor.connection, self.sockets, source)
         self.source = joined.source
         self.basis, self.drive, self._plus = joined.basis, joined.drive, joined.plus
         self.damping: FloatArray = (
             self.basis.T @ (windings.resistance[:, np.newaxis] * self.basis)
-            + lead_resistance * joined.leads
+            + joined.wires.T @ (self.wire_resistances[:, np.newaxis] * joined.wires)
             + source_resistance * joined.behind
         )
 
@@ -78,7 +82,7 @@ class Network:
     @property
     def joins_terminals(self) -> bool:
         """True if joined terminals, and no source, close a path through the windings."""
-        return self.source is None and bool(self.loops) and bool(self._wiring.leads.any())
+        return self.source is None and bool(self.loops) and bool(self._wiring.wires.any())
 
     @property
     def drives_current(self) -> bool:
@@ -179,7 +183,7 @@ class Network:
                         if pole == self.source[0]
                         else 0.0
                     )
-                    shift = potential - behind - self.lead_resistance * currents[at] - terminals[at]
+                    shift = potential - behind - self.wire_resistances[at] * currents[at] - terminals[at]
                     break
         terminals = terminals + shift
         return np.vstack([terminals, star + shift, terminals.mean(axis=0)])

@@ -17,9 +17,10 @@ class WindingLoops:
     """Loops of a wiring: winding currents are w = `basis`·x. All arrays are shared and read-only.
 
     `source` is None where it has no closed path; `plus` are the windings' shares in its current, `drive` the loops',
-    `reach` the loops that are left when its current is fixed. A resistance in each wire that carries current adds it times
-    `leads` (loops×loops) to those of the loops, one behind the source's + pole times `behind`. `principal` says which there are of
-    the loop of the source's current, the other one, and a delta's zero sequence, and gives their directions (loops, 3).
+    `reach` the loops that are left when its current is fixed. `wires` (3, loops) are the terminals' shares in the loops, zero for
+    a wire that carries no current; a resistance behind the source's + pole adds it times `behind` (loops×loops) to the loops'.
+    `principal` says which there are of the loop of the source's current, the other one, and a delta's zero sequence, and gives
+    their directions (loops, 3).
     """
 
     source: tuple[str, str] | None
@@ -27,7 +28,7 @@ class WindingLoops:
     plus: FloatArray
     drive: FloatArray
     reach: FloatArray
-    leads: FloatArray
+    wires: FloatArray
     behind: FloatArray
     principal: tuple[tuple[bool, bool, bool], FloatArray]
 
@@ -52,10 +53,9 @@ def wiring(connection: str, sockets: tuple[str, ...], source: tuple[str, str] | 
     drive: FloatArray = basis.T @ plus
     joined = np.array([float(len(groups.get(socket, ())) > 1 or socket in (closed or ())) for socket in sockets])
     reach = null_space(drive[np.newaxis, :]) if len(drive) else np.zeros((0, 0))
-    in_loops = incidence @ basis
-    leads = in_loops.T @ np.diag(joined) @ in_loops
+    wires = joined[:, np.newaxis] * (incidence @ basis)
     present, directions = _principal(basis, drive)
-    arrays = (basis, plus, drive, reach, leads, np.outer(drive, drive))
+    arrays = (basis, plus, drive, reach, wires, np.outer(drive, drive))
     for shared in (*arrays, directions):
         shared.flags.writeable = False
     return WindingLoops(closed, *arrays, (present, directions))

@@ -1,6 +1,7 @@
 """The dynamometer's machine as its drive and its torque transducer see it."""
 
 import math
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -10,9 +11,15 @@ from sim_instruments.disturbances.first_order import lagged_now
 from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.history import Quantity
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
+from sim_instruments.world.segment import Segment
+from sim_instruments.world.settings import FloatArray
 from sim_instruments.world.sources.stuck_output import OutputSwitch
 from sim_instruments.world.timeline import Timeline
 
+#: What a sensor is given at times (s): angle (rad) and speed (rad/s) of the shaft.
+TurningSignal = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+#: Where in its aperture a mean looks.
+_MIDDLES = (np.arange(256) + 0.5) / 256
 #: What hangs on the machine's coupling when the motor is off it: nothing that matters.
 _NO_LOAD = VirtualMotor(
     connection="wye",
@@ -108,12 +115,6 @@ class DynamometerShaft:
                 steady=lambda segment: segment.steady_dynamometer_torque,
             )
 
-    @property
-    def angle(self) -> float:
-        """Present angle (rad) of the machine's own shaft."""
-        with self._timeline.observing():
-            return self._timeline.angle
-
     def lagging_speed(self, time_constant: float) -> float:
         """Return the speed (rad/s, signed) behind a first-order filter (time constant in s)."""
         return self._lagging(lambda segment, times: segment.motion.speed(times), time_constant)
@@ -121,6 +122,18 @@ class DynamometerShaft:
     def lagging_torque(self, time_constant: float) -> float:
         """Return the machine's air-gap torque (N·m) behind a first-order filter (time constant in s)."""
         return self._lagging(lambda segment, times: segment.dynamometer_torque(times), time_constant)
+
+    def sensed(self, signal: TurningSignal, time_constant: float, aperture: float) -> float:
+        """Return a signal behind a first-order filter (s), or where that is 0 its mean over the last `aperture` s."""
+
+        def quantity(segment: Segment, times: FloatArray) -> FloatArray:
+            return signal(times, segment.motion.angle(times), segment.motion.speed(times))
+
+        if time_constant:
+            return self._lagging(quantity, time_constant)
+        with self._timeline.observing():
+            now = self._timeline.now
+            return float(self._timeline.sample(quantity, now - aperture * _MIDDLES).mean())
 
     def _lagging(self, quantity: Quantity, time_constant: float) -> float:
         with self._timeline.observing():

@@ -230,7 +230,7 @@ def rotor_frame(inputs: SegmentInputs) -> RotorFrame:
     """Return the motor at its present temperature in its rotor's coordinates, behind leads and bridge."""
     windings = inputs.windings
     return RotorFrame(
-        windings.resistance_y + inputs.network.lead_resistance,
+        windings.resistance_y + float(inputs.network.wire_resistances.mean()),
         windings.flux_linkages_y,
         inputs.constants.inverter.bridge_error,
     )
