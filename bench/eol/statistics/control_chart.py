@@ -48,12 +48,11 @@ class Chart:
 def individuals_chart(
     values: ArrayLike,
     *,
-    baseline: int | None = None,
     rules: Sequence[int] = (),
     normal: bool = True,
     possible: tuple[float, float] = (-math.inf, math.inf),
 ) -> Chart:
-    """Return the chart of single values in their order; centre and sigma come from the first `baseline` of them, else all.
+    """Return the chart of single values in their order; centre and sigma come from all of them.
 
     Without `rules`, points far off and a lasting change of level signal, with limits such that at most a hundredth of
     charts of this length signals for nothing. Named rules are Nelson's: 1 a point beyond 3 sigma; 2 nine in a row on one side; 3 six in
@@ -63,11 +62,10 @@ def individuals_chart(
     Raises ValueError for fewer than two values.
     """
     data = np.asarray(values, dtype=np.float64)
-    base = data[:baseline]
-    if base.size < 2:
+    if data.size < 2:
         raise ValueError("a control chart needs two values at least")
-    centre = float(base.mean()) if normal or rules else float(np.median(base))
-    mean_range = float(np.abs(np.diff(base)).mean())
+    centre = float(data.mean()) if normal or rules else float(np.median(data))
+    mean_range = float(np.abs(np.diff(data)).mean())
     sigma = mean_range / D2
     off = data - centre
     if rules:
@@ -76,7 +74,7 @@ def individuals_chart(
     else:
         reach, alarms = math.inf, (1.0 - _POINTS) * _FALSE_ALARMS
         if normal:
-            reach, alarms = _reach(data.size, base.size, _POINTS * _FALSE_ALARMS), _FALSE_ALARMS
+            reach, alarms = _reach(data.size, _POINTS * _FALSE_ALARMS), _FALSE_ALARMS
         far = np.abs(off) > reach * sigma if sigma > 0.0 and normal else np.zeros(data.size, dtype=bool)
         found = [Signal(int(index), 1) for index in np.flatnonzero(far)]
         found += [Signal(index, SHIFT) for index in _shift(data, (1.0 - _POINTS) * _FALSE_ALARMS)]
@@ -99,13 +97,12 @@ def simulated_false_alarms(rules: tuple[int, ...], points: int) -> float:
     return signalled / _SIMULATED
 
 
-def _reach(points: int, base: int, alarms: float) -> float:
+def _reach(points: int, alarms: float) -> float:
     """Return how many sigma a point may lie off: Student's t of the moving range's freedom, the error shared among all points."""
     from scipy.special import stdtrit
 
-    freedom = max(1.0, 0.62 * (base - 1))
-    inside = (base - 1.0) / base if base >= points else (base + 1.0) / base
-    return float(stdtrit(freedom, 1.0 - alarms / (2.0 * points))) * math.sqrt(inside)
+    freedom = max(1.0, 0.62 * (points - 1))
+    return float(stdtrit(freedom, 1.0 - alarms / (2.0 * points))) * math.sqrt((points - 1.0) / points)
 
 
 def _shift(data: NDArray[np.float64], alarms: float) -> list[int]:
