@@ -120,6 +120,16 @@ def without_cut(turn: Turn, orders: Orders, extra: FloatArray | None) -> tuple[T
             continue
         if np.mean(at) > 0.45:
             return turn, [*findings, _standing_still(turn, float(np.mean(at)))]
+        if end == 0.0 and not np.any(at[1:] & at[:-1]):
+            # A range ends at no torque for longer than a reading; a sensor that drops out gives single zeros.
+            figures: dict[str, float | str] = {
+                "record": "cogging",
+                "count": float(np.sum(at)),
+                "readings": float(at.size),
+            }
+            findings.append(Finding(Cause.DROPOUTS, Answer.MODELLED, figures={**figures, "frozen": 0.0}))
+            turn = turn.without(at)
+            continue
         lost = at
         few = _few(orders, solve(turn, orders, extra))
         for _ in range(3):

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.mechanics.cogging import fit_cogging
 
 
@@ -75,6 +76,17 @@ def test_an_order_too_high_to_be_seen_is_told_as_hidden():
     for order in (84, 264, 250):
         found = fit_cogging(angle, 3e-3 * np.sin(order * angle) + 1e-5 * np.cos(9 * angle))
         assert abs(found.peak_to_peak - 6e-3) < 1.1 * found.hidden, order
+
+
+def test_single_zeros_are_readings_that_dropped_out_and_no_end_of_a_range():
+    # Of an order too high to be seen, so that zeros do not stand out of the scatter.
+    number = np.arange(500)
+    angle = 2 * math.pi * (number + 0.8 * np.mod(0.618034 * number, 1.0)) / 250
+    torque = 0.31 + 0.15 * np.sin(180 * angle) + 5e-3 * np.random.default_rng(1).standard_normal(500)
+    torque[7::71] = 0.0
+    causes = {finding.cause for finding in fit_cogging(angle, torque, resolution=1e-3).misfit.findings}
+    assert Cause.DROPOUTS in causes
+    assert Cause.CLIPPED not in causes
 
 
 def test_the_uncertainty_is_that_of_repeated_turns():
