@@ -225,6 +225,8 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         size = size * (1.0 + unc.limit("averaging in the transducer", more, more))
         if slower.limit:
             size = size * unc.limit("filter of the torque, by half the speed", slower.factor, slower.limit)
+        if slower.more:
+            size = size + unc.limit("a wave that half the speed alone shows", 0.5 * slower.more, 0.5 * slower.more)
         self.report(
             "cogging_torque",
             unc.instrument("dynamometer, torque", size, self._gain(last.torque_accuracy)),

@@ -29,10 +29,13 @@ _WAVES, _WIDE = 2, 5.0
 
 @dataclass(frozen=True)
 class AtHalfSpeed:
-    """What half the speed tells of a cogging torque: the `factor` on what was found, known to ± `limit`, and the `misfit`."""
+    """What half the speed tells of a cogging torque: the `factor` on what was found, known to ± `limit`, up to how much `more` there may
+    be, peak to peak (N·m), and the `misfit`.
+    """
 
     factor: float = 1.0
     limit: float = 0.0
+    more: float = 0.0
     misfit: Misfit = NO_MISFIT
 
 
@@ -94,8 +97,8 @@ def compare(
         if new and amplitude > max(_NEW * float(whole[0]), _BEYOND * doubt):
             figures = {"record": "cogging-half", "order": float(order), "amplitude": float(amplitude)}
             figures["frequency"] = 0.5 * float(order) * rate / (2.0 * math.pi)
-            finding = Finding(Cause.VIBRATION, Answer.WITHHELD, score=float(amplitude / doubt), figures=figures)
-            return AtHalfSpeed(misfit=Misfit((finding,)))
+            finding = Finding(Cause.VIBRATION, Answer.WIDENED, score=float(amplitude / doubt), figures=figures)
+            return AtHalfSpeed(more=2.0 * float(amplitude), misfit=Misfit((finding,)))
     order, ratio, doubt = float(wanted[0]), float(ratios[0]), float(sigma[0])
     expected = _expected(order * rate, averaging, torque_filter)
     if ratio - _BEYOND * doubt < expected + _MARGIN:
@@ -114,7 +117,7 @@ def _filtered(order: float, speed: float, ratio: float, doubt: float) -> AtHalfS
     if answer is Answer.WITHHELD:
         return AtHalfSpeed(misfit=misfit)
     bounds = [made(max(ratio + way * 2.0 * doubt, 1.0)) for made in (_first_order, _mean) for way in (-1.0, 1.0)]
-    return AtHalfSpeed(0.5 * (min(bounds) + max(bounds)), 0.5 * (max(bounds) - min(bounds)), misfit)
+    return AtHalfSpeed(0.5 * (min(bounds) + max(bounds)), 0.5 * (max(bounds) - min(bounds)), misfit=misfit)
 
 
 def _first_order(ratio: float) -> float:
