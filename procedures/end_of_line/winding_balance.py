@@ -50,7 +50,8 @@ class WindingBalanceSettings(WiringSettings):
     aperture: Aperture = Field(default=Aperture.MEDIUM, description="measurement time")
     repeats: int = Field(default=2, ge=1, le=100, description="readings a line")
     closing: bool = Field(
-        default=True, description="read the first line once more at the end, if there are two or more readings a line"
+        default=True,
+        description="read the first line, and the one that differs most, once more at the end, if there are two or more readings a line",
     )
     short_correction: bool = Field(
         default=True, description="measure and subtract the leads first; once for a series of motors is enough"
@@ -159,7 +160,9 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
                 coarseness=last[-1].resistance_accuracy.resolution / abs(last[-1].resistance) / math.sqrt(12.0),
             )
 
-        return closed(self, again, _RESISTANCE)
+        # A bad contact is most likely in the line that differs most.
+        farthest = LINE_PAIRS[largest_deviation([sum(read) / len(read) for read in values.values()]).place]
+        return closed(self, again, _RESISTANCE, farthest)
 
     def _bridge_off(self, dead: Mapping[LinePair, WiringError]) -> ProcedureError | None:
         """Return that the bridge's own lead is off: no line conducts, and other instruments had all three leads of the motor."""

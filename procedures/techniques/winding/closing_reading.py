@@ -1,4 +1,4 @@
-"""The first line once more at the end, and all of them where it has changed: what follows for the resistance."""
+"""The first line once more at the end, and all of them where one has changed: what follows for the resistance."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -11,18 +11,21 @@ from procedures.estimation.winding.closing import ReadAgain, Unsettled, unsettle
 
 
 def closed(
-    procedure: Procedure[Any], again: Callable[[LinePair], ReadAgain], parameter: str = "stator_resistance"
+    procedure: Procedure[Any],
+    again: Callable[[LinePair], ReadAgain],
+    parameter: str = "stator_resistance",
+    suspected: LinePair = LINE_PAIRS[0],
 ) -> Unsettled:
-    """Return what reading the first line again shows; where it has changed beyond chance the others are read again, too. It is said of a
-    `parameter`.
+    """Return what reading the first line again shows, and one that is `suspected`; where one has changed beyond chance the others are read
+    again, too. It is said of a `parameter`.
 
     Warmth of the current changes all lines alike, contacts do not: what may be either shows in the others.
     """
     read: dict[LinePair, ReadAgain] = {}
-    for pair in LINE_PAIRS:
-        read[pair] = again(pair)
-        if not read[LINE_PAIRS[0]].changed:
+    for pair in sorted(LINE_PAIRS, key=lambda pair: pair not in (LINE_PAIRS[0], suspected)):
+        if suspected in read and not any(line.changed for line in read.values()):
             break
+        read[pair] = again(pair)
     procedure.findings["read_again"] = _rows(read)
     return unsettled(tuple(read.values()), parameter)
 
