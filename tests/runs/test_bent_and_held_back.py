@@ -1,10 +1,12 @@
 """Records that look sound and are not: iron that holds back the field from a bridge, and a channel bent so far that its pitch doubles."""
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from drivers.interfaces import NotOfferedError
+from drivers.interfaces import Accuracy, NotOfferedError
 from drivers.keysight.e4980a import KeysightE4980A
 
 MOTORS = Path(__file__).parents[2] / "bench" / "motors"
@@ -59,6 +61,20 @@ def test_a_bridge_of_few_frequencies_measures_at_its_own(motorbench, monkeypatch
     assert given["misfit"] == []
     low, high = given["parameters"]["d_axis_inductance"]["coverage_interval"]
     assert low <= 1.90e-3 <= high
+
+
+@pytest.mark.parametrize("known", [{}, {"inductance": math.nan}])
+def test_a_bridge_that_states_no_accuracy_or_no_inductance_measures_all_the_same(motorbench, monkeypatch, known):
+    own = KeysightE4980A.measure
+
+    def measure(bridge, *wanted):
+        accuracies = {"resistance_accuracy": Accuracy(), "inductance_accuracy": Accuracy()}
+        return replace(own(bridge, *wanted), **accuracies, **known)
+
+    monkeypatch.setattr(KeysightE4980A, "measure", measure)
+    status, given = motorbench("run", "stator-resistance", "--station", "virtual", "--motor", "gimbal")
+    assert (status, given["misfit"]) == (0, [])
+    assert given["parameters"]["stator_resistance"]["value"] == pytest.approx(5.62, rel=5e-3)
 
 
 @pytest.mark.parametrize(("bow", "told"), [(0.0, False), (0.003, False), (0.277, True)])

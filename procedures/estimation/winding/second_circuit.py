@@ -103,7 +103,8 @@ def _mixtures(
     from scipy.optimize import linprog
 
     count = omega.size
-    resistance, inductance = float(measured[count - 1]), float(measured[-1])
+    # In sizes of the resistance at the lowest frequency and the inductance at the highest, which are known best.
+    resistance, inductance = float(measured[count - 1]), float(measured[count])
     times = omega / omega[-1]
     # Columns: both figures, losses that grow with the frequency and its square, what each circuit takes of the inductance.
     losses = resistance * np.stack((times, times**2), axis=1)

@@ -8,7 +8,7 @@ from typing import Any
 from GTC import ureal
 from GTC.lib import UncertainReal
 
-from drivers.interfaces import Aperture, ImpedanceReading, SetpointError
+from drivers.interfaces import Aperture, ImpedanceReading, MeasurementError, SetpointError
 from drivers.interfaces.text import text
 from procedures.core.procedure import Procedure
 from procedures.estimation.fitting.intervals import Interval
@@ -102,6 +102,7 @@ def slow_resistance(
     last = readings[-1]
     held = found.resistance or Interval(0.0, 2.0 * last.resistance)
     # Losses of the other lines may be to this one's as their inductances are.
+    others = [one for one in others if math.isfinite(one)] or [last.inductance]
     line = sum(others) / len(others) / last.inductance
     low = max(0.0, min(1.0, line) * (1.0 - held.high / last.resistance))
     high = max(1.0, line) * (1.0 - held.low / last.resistance)
@@ -124,7 +125,7 @@ def slow_resistance(
 def _read(
     procedure: Procedure[Any], frequency: float, others: Sequence[float], level: float, aperture: Aperture
 ) -> tuple[SeriesReading, ...]:
-    """Return what is connected at the test frequency and the others (Hz), none where the bridge lacks one or is read by hand."""
+    """Return what is connected at the test frequency and the others (Hz), none where the bridge does not tell them or is read by hand."""
     bridge = procedure.bench.lcr_meter
     if bridge.read_by_hand:
         return ()
@@ -133,11 +134,15 @@ def _read(
         for other in others:
             bridge.configure(other, level, aperture)
             readings.append(_series(bridge.measure()))
-    except SetpointError:
+    except (SetpointError, MeasurementError):
         # A bridge of few frequencies says nothing here; what it has is measured as before.
         readings.clear()
     bridge.configure(frequency, level, aperture)
-    return tuple(readings)
+    # Nor does one that gives a direct current's resistance only, or states no accuracy.
+    known = all(
+        math.isfinite(r.resistance + r.inductance) and min(r.u_resistance, r.u_inductance) > 0.0 for r in readings
+    )
+    return tuple(readings) if known else ()
 
 
 def _series(reading: ImpedanceReading) -> SeriesReading:
