@@ -117,7 +117,8 @@ def _misplaced(leads: dict[str, dict[str, float]]) -> str:
     """Return the lead whose edges lie farthest from the middle between the other two's."""
     if len(leads) < 3:
         return "/".join(leads)
-    middle = {name: _middle(place["rise"], place["fall"]) for name, place in leads.items()}
+    # Of the part that is high: half a turn apart, the nearer way from edge to edge is a matter of chance.
+    middle = {name: place["rise"] + 0.5 * ((place["fall"] - place["rise"]) % 360.0) for name, place in leads.items()}
 
     def off(name: str) -> float:
         one, other = (middle[each] for each in middle if each != name)
