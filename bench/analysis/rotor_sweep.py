@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from bench.analysis.applied import AppliedAccuracy
+from bench.analysis.bridge_readings import at_one_frequency, in_series
 from bench.analysis.outcome import AnalysisOutcome, estimated, named, open_unit, pick, refuse_over_range
 from bench.analysis.statements import Statement
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, ProbeFactor, read_capture
@@ -50,6 +51,7 @@ def analyze_rotor_sweep(
     pole_pairs: int | None = None,
     electrical: bool = False,
     column: str | None = None,
+    frequency: float | None = None,
     threshold: float = 0.10,
     scale: Mapping[str, float | ProbeFactor] | None = None,
     accuracy: Sequence[Statement] = (),
@@ -62,7 +64,8 @@ def analyze_rotor_sweep(
     time, while the shaft was turned slowly one way. `reading` says where the meter was: between two lines, or from one line to the
     other two joined.
     `pole_pairs` are searched where not given. `threshold` is the note's limit between the classes.
-    `accuracy` states the errors of the meter. `column` names the inductance's column where several may be it.
+    `accuracy` states the errors of the meter. `column` names the inductance's column where several may be it, `frequency` (Hz) the bridge's
+    test frequency. Inductances of a parallel circuit (Lp) are converted, or refused.
     `selection` is the part of the record to take. `translate` gives sentences in the reader's language. Raises
     CaptureError naming file and line.
     """
@@ -81,6 +84,7 @@ def analyze_rotor_sweep(
             ),
         )
     capture = read_capture(file, abscissa="angle", selection=selection).scaled(named(scale))
+    capture, frequency = at_one_frequency(capture, frequency)
     rest = [c for c in capture.channels if c.unit not in ("rad", "Ω") and column in (None, c.name)]
     if capture.time is None:
         angle = pick(capture, None, ("rad",), "angle", ("angle", "theta", "winkel", "position"))
@@ -101,9 +105,12 @@ def analyze_rotor_sweep(
         )
     if not inductance.unit:
         raise open_unit(capture, inductance.name, "inductance", ("uH", "mH", "H"))
+    inductance, parallel, converted = in_series(capture, inductance, frequency)
     _check_readings(capture, inductance)
     applied = AppliedAccuracy(accuracy, {"inductance": (inductance.name,)}, (capture,))
     outcome = AnalysisOutcome("dq_inductance_extremes", "3.3.2", capture, applied, translate)
+    if converted is not None:
+        outcome.assume(converted)
     if capture.time is not None:
         times = capture.time
         outcome.assume(text("shaft turned slowly one way, over at least one electrical turn"))
@@ -118,7 +125,8 @@ def analyze_rotor_sweep(
                 angle.values, inductance.values, pole_pairs=known, resolution=inductance.resolution
             ),
         )
-    beside = [c for c in capture.channels if c.unit == "Ω"]
+    # A parallel resistance moves with the inductance, not with the clamps alone.
+    beside = [c for c in capture.channels if c.unit == "Ω" and c is not parallel]
     if len(beside) == 1:
         fit = allowed_for_jump(fit, np.delete(beside[0].values, fit.left_out))
     factor = phase_factor(connection, _READINGS[reading][0])

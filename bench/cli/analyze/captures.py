@@ -234,6 +234,7 @@ def rotor_sweep(
     pole_pairs: Count | None = None,
     electrical: bool = False,
     inductance: str | None = None,
+    frequency: float | None = None,
     threshold: float = 0.10,
     scale: Sequence[str] = (),
     record: RecordOptions = _AS_USUAL,
@@ -256,6 +257,8 @@ def rotor_sweep(
         The angle is electrical, not mechanical.
     inductance
         Name of the inductance's column, where several may be it.
+    frequency
+        Test frequency of the bridge, Hz: chooses the rows of a table that has several, and converts Lp with Rp.
     threshold
         Difference between smallest and largest inductance below which the note calls the motor a surface-magnet machine.
     scale
@@ -273,6 +276,10 @@ def rotor_sweep(
                 threshold=threshold,
             )
         )
+    if frequency is not None and not 0.0 < frequency < 1e8:
+        raise UsageError(
+            text("--frequency {frequency:g}: a frequency above 0 Hz is needed, as in 1000", frequency=frequency)
+        )
     outcome = analyze_rotor_sweep(
         file,
         connection=connection,
@@ -280,6 +287,7 @@ def rotor_sweep(
         pole_pairs=pole_pairs,
         electrical=electrical,
         column=inductance,
+        frequency=frequency,
         threshold=threshold,
         scale=factors_of(scale),
         accuracy=record.statements(),

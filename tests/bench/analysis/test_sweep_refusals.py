@@ -87,3 +87,49 @@ def test_the_heading_says_that_the_angle_is_electrical(tmp_path: Path, heading: 
     found = analyze_rotor_sweep(path, pole_pairs=4)
     assert found["parameters"]["d_axis_inductance"]["value"] == pytest.approx(0.4e-3, rel=1e-6)
     assert f"angle is {kind}" in found["assumptions"]
+
+
+ANGLE = np.arange(0.0, 361.0, 5.0)
+READ = 2.0 * (MEAN - SWING * np.cos(2 * PAIRS * np.radians(ANGLE) + 0.4))
+READ += np.random.default_rng(8).normal(0.0, 0.2e-6, ANGLE.size)
+LOSS, TURNS = 0.5, 2.0 * np.pi * 1000.0
+QUALITY = TURNS * READ / LOSS
+IN_PARALLEL = READ * (1.0 + QUALITY**-2)
+
+
+@pytest.mark.parametrize(
+    ("heading", "beside", "frequency"),
+    [
+        ("Lp (uH),Q", QUALITY, None),
+        ("L_p (uH),D", 1.0 / QUALITY, None),
+        ("Lp (uH),Rp (Ohm)", TURNS * IN_PARALLEL * QUALITY, 1000.0),
+        ("Lp 1 kHz (uH),Rp (Ohm)", TURNS * IN_PARALLEL * QUALITY, None),
+    ],
+)
+def test_inductances_of_a_parallel_circuit_are_converted(
+    heading: str, beside: np.ndarray, frequency: float | None, tmp_path: Path
+) -> None:
+    path, table = tmp_path / "lp.csv", np.column_stack((ANGLE, 1e6 * IN_PARALLEL, beside))
+    np.savetxt(path, table, delimiter=",", header=f"angle (deg),{heading}", comments="")
+    found = analyze_rotor_sweep(path, pole_pairs=PAIRS, frequency=frequency)
+    for name, truth in (("d_axis_inductance", MEAN - SWING), ("q_axis_inductance", MEAN + SWING)):
+        low, high = found["parameters"][name]["coverage_interval"]
+        assert low <= truth <= high
+    assert "parallel circuit" in str(found["assumptions"])
+    np.savetxt(path, table[:, :2], delimiter=",", header=f"angle (deg),{heading.split(',')[0]}", comments="")
+    with pytest.raises(InputError, match="Set the meter to Ls"):
+        analyze_rotor_sweep(path, pole_pairs=PAIRS)
+
+
+def test_readings_at_several_frequencies_are_not_one_sweep(tmp_path: Path) -> None:
+    path = tmp_path / "long.csv"
+    rows = [
+        f"{a:g},{f:g},{1e6 * x * k:.2f}" for a, x in zip(ANGLE, READ, strict=True) for f, k in ((20, 1.06), (1000, 1))
+    ]
+    path.write_text("\n".join(["angle (deg),frequency (Hz),L (uH)", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"at 20, 1000 Hz.*--frequency"):
+        analyze_rotor_sweep(path, pole_pairs=PAIRS)
+    low, high = analyze_rotor_sweep(path, pole_pairs=PAIRS, frequency=1000.0)["parameters"]["q_axis_inductance"][
+        "coverage_interval"
+    ]
+    assert low <= MEAN + SWING <= high
