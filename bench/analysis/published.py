@@ -28,11 +28,12 @@ _CURRENTS = ("id", "iq", "i", "current", "d_a", "q_a")
 
 @dataclass(frozen=True)
 class PublishedFigure:
-    """One figure (SI) of a parameter, at a current (A) where the table says one."""
+    """One figure (SI) of a parameter, at a current (A) where the table says one; `reading` is the convention by which it is that figure."""
 
     parameter: str
     value: float
     current: float | None = None
+    reading: Text | None = None
 
 
 @dataclass(frozen=True)
@@ -58,11 +59,8 @@ class Comparison:
         }
 
 
-def read_published(path: Path, *, vesc_scale: float = VESC_SCALE) -> list[PublishedFigure]:
-    """Return what a file holds: JSON with `ld` (moteus), a VESC's XML, or CSV with columns as `id (A)` and `Ld (H)`.
-
-    Inductances of a VESC's file are divided by `vesc_scale`. Raises InputError naming the file, what is wrong and what is allowed.
-    """
+def text_of_table(path: Path) -> str:
+    """Return a file's text. Raises InputError where it is none, or cannot be read."""
     try:
         if path.stat().st_size > _LARGEST:
             raise InputError(at(str(path), text("the file is larger than 10 MB; give a table of figures")))
@@ -71,6 +69,15 @@ def read_published(path: Path, *, vesc_scale: float = VESC_SCALE) -> list[Publis
         raise InputError(at(str(path), text("cannot be read: {why}", why=reason_of(error)))) from None
     if content is None:
         raise InputError(at(str(path), text("is no text in UTF-8")))
+    return content
+
+
+def read_published(path: Path, *, vesc_scale: float = VESC_SCALE) -> list[PublishedFigure]:
+    """Return what a file holds: JSON with `ld` (moteus), a VESC's XML, or CSV with columns as `id (A)` and `Ld (H)`.
+
+    Inductances of a VESC's file are divided by `vesc_scale`. Raises InputError naming the file, what is wrong and what is allowed.
+    """
+    content = text_of_table(path)
     start = content.lstrip()[:1]
     if start == "{":
         result = list(_of_json(path, content))

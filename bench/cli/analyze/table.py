@@ -2,11 +2,15 @@
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from bench.cli.output import print_json
 from bench.i18n.errors import InputError, UsageError, at
 from bench.i18n.language import language_of, translator
-from drivers.interfaces.text import text, word
+from drivers.interfaces.text import Translate, text, word
+
+if TYPE_CHECKING:
+    from bench.analysis.data_sheet import DataSheet
 
 
 def table(
@@ -24,7 +28,8 @@ def table(
     Parameters
     ----------
     file
-        JSON with Ld over current as moteus writes it, a VESC's configuration as XML, or CSV with a heading as `id (A),Ld (H)`.
+        JSON with Ld over current as moteus writes it, a VESC's configuration as XML, CSV with a heading as `id (A),Ld (H)`, or a data sheet
+        as rows of name, value and unit (it needs neither `--run` nor `--motor`).
     run
         The run's folder, or its name under `--runs`.
     motor
@@ -40,16 +45,21 @@ def table(
         Folder of the runs.
 
     """
-    from bench.analysis.published import compare, read_published
+    from bench.analysis.data_sheet import read_data_sheet
+    from bench.analysis.published import compare, read_published, text_of_table
     from procedures.core.parameters import PARAMETERS
 
     translate = translator(language_of(language))
 
+    sheet = read_data_sheet(file, text_of_table(file)) if file.is_file() else None
+    if sheet is not None and run is None and motor is None:
+        _print_sheet(file, sheet, translate, json=json)
+        return
     if (run is None) == (motor is None):
         raise UsageError(text("give either --run RUN or --motor FILE, one of the two"))
     if not 0.1 <= vesc_scale <= 10.0:
         raise UsageError(text("--vesc-scale {scale:g}: a factor from 0.1 to 10 is allowed", scale=vesc_scale))
-    published = read_published(file, vesc_scale=vesc_scale)
+    published = read_published(file, vesc_scale=vesc_scale) if sheet is None else sheet.figures
     compared = compare(published, _of_run(run, runs) if run is not None else _of_motor(motor or ""))
     if not compared:
         raise InputError(
@@ -63,8 +73,11 @@ def table(
             )
         )
     rows = [each.as_dict() for each in compared]
+    readings = ["" if each.published.reading is None else each.published.reading.render(translate) for each in compared]
     if json:
-        print_json({"source": str(file), "figures": len(published), "compared": rows})
+        rows = [row | ({"reading": said} if said else {}) for row, said in zip(rows, readings, strict=True)]
+        said_of = {} if sheet is None else _said(sheet, translate)
+        print_json({"source": str(file), "figures": len(published), "compared": rows, **said_of})
         return
     from rich import box
     from rich.table import Table
@@ -77,7 +90,9 @@ def table(
     )  # fmt: skip
     for place, head in enumerate(heads):
         shown.add_column(head.render(translate), justify="left" if place in (0, 4) else "right", no_wrap=True)
-    for row in rows:
+    if any(readings):
+        shown.add_column(text("if the sheet means").render(translate))
+    for row, reading in zip(rows, readings, strict=True):
         shown.add_row(
             PARAMETERS[row["parameter"]].label.render(translate),
             "" if row["current"] is None else f"{row['current']:.3g}",
@@ -86,6 +101,7 @@ def table(
             row["unit"],
             f"{row['deviation_percent']:+.2f}",
             {None: word("–"), True: text("yes"), False: text("no")}[row["within_interval"]].render(translate),
+            *([reading] if any(readings) else []),
         )
     console = console_on(sys.stdout)
     console.print(shown)
@@ -96,6 +112,58 @@ def table(
         markup=False,
         soft_wrap=True,
     )
+    if sheet is not None:
+        _print_said(sheet, translate)
+
+
+def _said(sheet: "DataSheet", translate: Translate) -> dict[str, list[str]]:
+    return {
+        "checks": [check.render(translate) for check in sheet.checks],
+        "unread": [row.render(translate) for row in sheet.unread],
+    }
+
+
+def _print_said(sheet: "DataSheet", translate: Translate) -> None:
+    from bench.run.console import console_on
+
+    console, said = console_on(sys.stdout), _said(sheet, translate)
+    for head, lines in ((text("The sheet against itself"), said["checks"]), (text("Not read"), said["unread"])):
+        if lines:
+            console.print(head.render(translate), markup=False)
+        for line in lines:
+            console.print(f"  {line}", markup=False, soft_wrap=True)
+
+
+def _print_sheet(file: Path, sheet: "DataSheet", translate: Translate, *, json: bool) -> None:
+    """Print the figures of a data sheet by every reading that it leaves open, and how they agree."""
+    from procedures.core.parameters import PARAMETERS
+
+    rows: list[dict[str, Any]] = [
+        {
+            "parameter": each.parameter,
+            "value": each.value,
+            "unit": PARAMETERS[each.parameter].unit,
+            "reading": "" if each.reading is None else each.reading.render(translate),
+        }
+        for each in sheet.figures
+    ]
+    if json:
+        print_json({"source": str(file), "figures": rows, **_said(sheet, translate)})
+        return
+    from rich import box
+    from rich.table import Table
+
+    from bench.run.console import console_on
+
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for head in (text("Parameter"), text("Value"), text("Unit"), text("if the sheet means")):
+        shown.add_column(head.render(translate))
+    for row in rows:
+        shown.add_row(
+            PARAMETERS[row["parameter"]].label.render(translate), f"{row['value']:.4g}", row["unit"], row["reading"]
+        )
+    console_on(sys.stdout).print(shown)
+    _print_said(sheet, translate)
 
 
 def _of_run(run: str, runs: Path) -> dict[str, tuple[float, tuple[float, float] | None]]:

@@ -1,6 +1,7 @@
 """`motorbench analyze table`: published figures beside a motor's."""
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -80,3 +81,71 @@ def test_figures_that_nothing_is_there_for_are_named(tmp_path: Path) -> None:
     published.write_text("id (A),Ld (H)\n0,1e-3\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"it has figures of d-axis inductance, and .*m\.toml has none of these"):
         table(published, motor=str(motor))
+
+
+#: A motor of one pole pair as its maker's catalogue prints it, with K_t and K_n of block commutation.
+CATALOGUE = """Characteristic;Value;Unit
+Nominal voltage;24;V
+No load speed;8810;rpm
+No load current;253;mA
+Stall torque;2080;mNm
+Starting current;80,2;A
+Terminal resistance phase to phase;0,299;Ω
+Torque constant;25,9;mNm/A
+Speed constant;369;rpm/V
+Mechanical time constant;6,23;ms
+Rotor inertia;139;gcm²
+Number of pole pairs;1
+"""
+
+
+def read_sheet(capsys: pytest.CaptureFixture[str], path: Path, content: str) -> dict:
+    path.write_text(content, encoding="utf-8")
+    table(path, json=True)
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_data_sheet_is_held_against_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    made = read_sheet(capsys, tmp_path / "sheet.csv", CATALOGUE)
+    assert not made["unread"]
+    figures = {row["parameter"]: row["value"] for row in made["figures"]}
+    assert figures["stator_resistance"] == pytest.approx(0.1495)
+    assert figures["inertia"] == pytest.approx(1.39e-5)
+    assert "1.001" in made["checks"][0]
+    assert "between two terminals" in made["checks"][0]
+    assert len(made["checks"]) == 5
+    assert all("agrees with" in check for check in made["checks"][1:])
+    table(tmp_path / "sheet.csv")
+    assert "0.01727" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (("369;rpm/V", "369;rad/s/V"), "no usual pair of conventions"),
+        (("25,9;mNm/A", "38,85;mNm/A"), "K_t per ampere, peak, of a sine current with K_e peak of a phase"),
+        (("0,299;Ω", "0,1495;Ω"), "the factor 2"),
+        (("139;gcm²", "139;kgcm²"), "is 0.00101 times R·J/K_t²"),
+    ],
+)
+def test_a_data_sheet_that_contradicts_itself_is_told(
+    changed: tuple[str, str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = read_sheet(capsys, tmp_path / "sheet.csv", CATALOGUE.replace(*changed))
+    assert said in str(made["checks"])
+
+
+def test_no_convention_of_a_data_sheet_is_assumed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The shipped motor has 8.5 mV·s and four pole pairs; what a row says of rms, lines or phases leaves fewer readings."""
+    flux, speed = 4 * 8.5e-3, 1000.0 * 2.0 * math.pi / 60.0
+    rows = f"Torque constant,{1.5 * math.sqrt(2) * flux:.5f},Nm/Arms\nBack-EMF constant line-to-line rms,"
+    rows += f"{flux * speed * math.sqrt(1.5):.5f},V/krpm\nPoles,8\nResistance,32,mOhm\nStall torque,3,Nm,4,Nm\nInductance,1,V\n"
+    found = compared(capsys, tmp_path / "s.csv", rows)
+    assert [r["deviation_percent"] for r in found if r["parameter"] == "flux_linkage"] == pytest.approx(
+        [0, 0], abs=0.05
+    )
+    assert [r["published"] for r in found if r["parameter"] == "stator_resistance"] == pytest.approx([0.016, 0.032])
+    made = read_sheet(capsys, tmp_path / "s.csv", rows)
+    assert [("Stall" in row, "unit of H" in row) for row in made["unread"]] == [(True, False), (False, True)]
+    with pytest.raises(InputError, match="may mean"):
+        read_sheet(capsys, tmp_path / "s.csv", CATALOGUE.replace("8810", "8.810"))
