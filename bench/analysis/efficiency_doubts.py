@@ -3,6 +3,8 @@
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from drivers.interfaces.text import Text, text
 
 #: From rpm to rad/s: what a speed in rad/s under a heading in rpm is too small by.
@@ -13,6 +15,9 @@ _LOW = 0.105
 _SAME = 5e-4
 #: Torques (N·m) and speeds (rad/s) that belong together in no test of a motor, unless the columns are exchanged.
 _LARGE_TORQUE, _SLOW = 50.0, 0.5
+#: A row's loss is odd where it is off what the others make of it by so many times their median, and by this share of the power; so many
+#: rows tell it.
+_ODD, _ODD_SHARE, _LEAST_ROWS = 10.0, 0.3, 8
 
 
 def doubts(
@@ -33,6 +38,16 @@ def doubts(
                 "their intervals do not include it. Correct the rows, or find the error and state it with --torque-zero, --torque-gain or "
                 "--power-gain",
                 count=above,
+            ),
+        )
+    if odd := _odd_rows(points):
+        yield (
+            "odd-row",
+            text(
+                "the losses of rows {rows} do not follow from the other rows, by more than {share:.0%} of the power: a digit, a decimal "
+                "mark or a range may be wrong there. Read them again",
+                rows=[f"{torque:.4g} N·m, {speed:.4g} rad/s" for torque, speed, _ in odd],
+                share=_ODD_SHARE,
             ),
         )
     ratios = [torque * speed / power for torque, speed, power in points]
@@ -69,3 +84,24 @@ def doubts(
                 speed=speed,
             ),
         )
+
+
+def _odd_rows(points: Sequence[tuple[float, float, float]]) -> list[tuple[float, float, float]]:
+    """Return the points whose loss is far from what the others make of it: constant, by speed and its square, by torque's square."""
+    left, odd = list(points), []
+    while len(left) >= _LEAST_ROWS:
+        torque, speed, power = np.array(left).T
+        rows = np.column_stack((np.ones(torque.size), np.abs(speed), speed**2, torque**2))
+        basis = np.linalg.svd(rows / np.max(rows, axis=0), full_matrices=False)
+        axes = basis[0][:, basis[1] > 1e-9 * basis[1][0]]
+        loss = power - torque * speed
+        apart = np.abs(loss - axes @ (axes.T @ loss)) / np.maximum(1.0 - np.sum(axes**2, axis=1), 1e-9)
+        worst = int(np.argmax(apart))
+        others, lost = np.delete(rows, worst, axis=0), np.delete(loss, worst)
+        solution = np.linalg.lstsq(others, lost, rcond=None)[0]
+        expected, spread = float(rows[worst] @ solution), float(np.median(np.abs(lost - others @ solution)))
+        off = abs(float(loss[worst]) - expected)
+        if off <= max(_ODD * spread, _ODD_SHARE * abs(float(power[worst]))):
+            break
+        odd.append(left.pop(worst))
+    return odd

@@ -39,6 +39,7 @@ def test_thousands_beside_decimal_commas_are_refused_with_their_cell(tmp_path: P
     [
         ([(t, n * math.pi / 30.0, power_of(t, n)) for t, n in LOADS], "rad/s under a heading in rpm makes it 9.549 times"),
         ([(t, n, t * n * math.pi / 30.0) for t, n in LOADS], "input and output power are equal at every point"),
+        ([(t, n, power_of(t, n) * (10.0 if k == 5 else 1.0)) for k, (t, n) in enumerate(LOADS)], "rows 0.5 N·m, 314.2 rad/s do not follow"),
         ([(n, t, power_of(t, n)) for t, n in LOADS], "are the columns of torque and speed interchanged"),
     ],
 )  # fmt: skip
