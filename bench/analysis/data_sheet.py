@@ -115,6 +115,7 @@ def _stated(path: Path, content: str) -> tuple[dict[str, _Stated], DataSheet]:
     head = content.lstrip().split("\n", 1)[0]
     mark = next((each for each in ("\t", ";") if each in head), ",")
     found: dict[str, _Stated] = {}
+    ambiguous: set[str] = set()
     sheet = DataSheet()
     rows = list(csv.reader(io.StringIO(content), delimiter=mark))
     named = [row for row in rows if _kind(row[:1])]
@@ -129,12 +130,17 @@ def _stated(path: Path, content: str) -> tuple[dict[str, _Stated], DataSheet]:
             if kind is not None:
                 sheet.unread.append(text("'{row}': its second cell is no number", row=mark.join(cells)))
             continue
-        if kind in found or len(row) > 3 or (number[2] and len(row) > 2):
+        if kind in found or kind in ambiguous or len(row) > 3 or (number[2] and len(row) > 2):
             why = text(
                 "'{row}': more than one value of this quantity; keep the one that is meant", row=mark.join(cells)
             )
             sheet.unread.append(why)
             found.pop(kind, None)
+            ambiguous.add(kind)
+            continue
+        value = float(number[1].replace(",", "."))
+        if value <= 0.0:
+            sheet.unread.append(text("'{row}': a value above zero is needed", row=mark.join(cells)))
             continue
         unit = number[2] or (row[2] if len(row) > 2 else "")
         factor = _factor(unit, _NAMES[kind][1])
@@ -146,7 +152,7 @@ def _stated(path: Path, content: str) -> tuple[dict[str, _Stated], DataSheet]:
         said = f"{row[0]} {unit}"
         rms = True if _RMS.search(said) else False if _PEAK.search(said) else None
         line = False if _PHASE.search(said) else True if _LINE.search(said) else None
-        found[kind] = _Stated(float(number[1].replace(",", ".")) * factor, rms, line)
+        found[kind] = _Stated(value * factor, rms, line)
     return found, sheet
 
 

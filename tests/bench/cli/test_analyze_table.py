@@ -149,3 +149,13 @@ def test_no_convention_of_a_data_sheet_is_assumed(tmp_path: Path, capsys: pytest
     assert [("Stall" in row, "unit of H" in row) for row in made["unread"]] == [(True, False), (False, True)]
     with pytest.raises(InputError, match="may mean"):
         read_sheet(capsys, tmp_path / "s.csv", CATALOGUE.replace("8810", "8.810"))
+
+
+def test_a_data_sheet_s_zeros_and_quantities_that_stand_more_than_once_are_listed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = "Torque constant,0,Nm/A\nPoles,8\nPoles,6\nPoles,4\nResistance,32,mOhm\nRotor inertia,60,kgmm²\n"
+    made = read_sheet(capsys, tmp_path / "s.csv", rows)
+    assert {figure["parameter"] for figure in made["figures"]} == {"stator_resistance", "inertia"}
+    assert sum("above zero" in row for row in made["unread"]) == 1
+    assert sum("more than one value" in row for row in made["unread"]) == 2
