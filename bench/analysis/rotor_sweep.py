@@ -10,10 +10,11 @@ import numpy as np
 from bench.analysis.applied import AppliedAccuracy
 from bench.analysis.bridge_readings import at_one_frequency, in_series
 from bench.analysis.outcome import AnalysisOutcome, estimated, named, open_unit, pick, refuse_over_range
+from bench.analysis.reading_points import reading_factor
 from bench.analysis.statements import Statement
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, ProbeFactor, read_capture
-from drivers.interfaces.text import Text, Translate, english, text, word
-from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
+from drivers.interfaces.text import Translate, english, text
+from procedures.estimation.winding.connections import Connection
 from procedures.estimation.winding.sweep.resistances import allowed_for_jump
 from procedures.estimation.winding.sweep.rotor_sweep import (
     axis_inductances,
@@ -26,19 +27,8 @@ from procedures.estimation.winding.sweep.timed_sweep import fit_timed_sweep
 
 #: Motors with more pole pairs are rare: angles that show so many settle that there is no saliency.
 _USUAL_POLE_PAIRS = 16
-#: Where the meter was. A single phase against the star point shows its own inductance, whose extremes are not those of the axes.
-_READINGS = {
-    "line": (
-        ReadingConnection.LINE_TO_LINE,
-        text("winding in {connection}, read line to line: leg of the equivalent wye = {y_equivalent:.4g} × reading"),
-    ),
-    "series-parallel": (
-        ReadingConnection.SERIES_PARALLEL,
-        text(
-            "winding in {connection}, read from one line to the other two joined: leg of the equivalent wye = {y_equivalent:.4g} × reading"
-        ),
-    ),
-}
+#: Where the meter may have been. A single phase against the star point shows its own inductance, whose extremes are not those of the axes.
+_READINGS = ("line", "series-parallel")
 #: Readings that differ by less than this share are one.
 _ROUNDING = 1e-9
 
@@ -129,13 +119,7 @@ def analyze_rotor_sweep(
     beside = [c for c in capture.channels if c.unit == "Ω" and c is not parallel]
     if len(beside) == 1:
         fit = allowed_for_jump(fit, np.delete(beside[0].values, fit.left_out))
-    factor = phase_factor(connection, _READINGS[reading][0])
-    outcome.assume(
-        Text(
-            _READINGS[reading][1].template,
-            {"connection": word(connection), "y_equivalent": factor.y_equivalent},
-        )
-    )
+    factor = reading_factor(outcome, capture, connection, reading)
     significant, p_value = saliency_significant(fit)
     if capture.time is None and known is None and not significant and not fit.misfit:
         _judge_open_pole_pairs(outcome, angle)

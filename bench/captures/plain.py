@@ -82,8 +82,8 @@ def read_plain(
 ) -> Capture:
     """Return the capture; comma, semicolon, tab or blanks between columns, decimal comma or point.
 
-    `abscissa` says what the first column is where no heading does: "time" (s) or "angle" (rad); `time_column` is the name of the column
-    of time, or its number from 1, where it is not the first; `time_unit` is its unit where it says none. Raises CaptureError.
+    `abscissa` says what the first column is where no heading does: "time" (s), "angle" (rad) or "current" (A); `time_column` is the name
+    of the column of time, or its number from 1, where it is not the first; `time_unit` is its unit where it says none. Raises CaptureError.
     """
     lines = [line if not line.lstrip().startswith(("#", "%")) else "" for line in lines]
     lines, by_clock = seconds_by_the_clock(_without_quoted_commas(lines))
@@ -263,7 +263,7 @@ def _refuse_decimal_commas(path: Path, lines: list[str], first: int) -> None:
 
 
 #: What a first column without a heading is taken for.
-_ABSCISSAE = {"time": text("time"), "angle": text("angle")}
+_ABSCISSAE = {"time": ("s", text("time")), "angle": ("rad", text("angle")), "current": ("A", text("current"))}
 
 
 def _place(path: Path, columns: list[CaptureChannel], wanted: str) -> int:
@@ -290,11 +290,11 @@ def _headings(before: list[str], width: int, abscissa: str) -> tuple[list[tuple[
     rows = [line for line in before if line.strip()]
     rows = [row for row in rows if len(_cells(row, _separator_of_heading(row, width))) == width]
     if not rows:
-        unit = {"time": "s", "angle": "rad"}[abscissa]
+        unit, said = _ABSCISSAE[abscissa]
         names = [(abscissa, unit)] + [(f"column {k + 1}", "") for k in range(1, width)]
         message = text(
             "no heading: the first column is taken as {abscissa} in {unit}, the other values are used unchanged",
-            abscissa=_ABSCISSAE[abscissa],
+            abscissa=said,
             unit=unit,
         )
         return names, [message]

@@ -37,8 +37,8 @@ def read_capture(path: Path | str, *, abscissa: str = "time", selection: Capture
     """Return a stored capture: CSV of Rohde & Schwarz, Siglent, Rigol, Tektronix, Yokogawa or Hantek, a plain table, or motorbench HDF5
     (`file.h5#name` for one record of several); text may be gzip'ed.
 
-    `abscissa` ("time" or "angle") says what the first column of a table without headings is, `selection` which part is wanted. Raises
-    CaptureError with file and line.
+    `abscissa` ("time", "angle" or "current") says what the first column of a table without headings is, `selection` which part is wanted.
+    Raises CaptureError with file and line.
     """
     return selection.cut(_read(path, abscissa, selection))
 

@@ -24,20 +24,28 @@ ANGLED = (
     "angles: nothing", "angles: iron saturates", "angles: detent moves the rotor", "angles: meter warms up",
     "angles: meter steps", "angles: play", "angles: slots",
 )  # fmt: skip
-ROWS = (*WIRED, *HAND, *ANGLED)
+IN_TURN = (
+    "wires in turn: nothing", "wires in turn: winding was warm", "wires in turn: clamp heats",
+    "wires in turn: contact like a diode", "wires in turn: two ranges",
+)  # fmt: skip
+ROWS = (*WIRED, *IN_TURN, *HAND, *ANGLED)
 
 
 def wired(name: str, random: Random) -> Estimates:
     """Read four levels and the first again in both polarities; the current flows for a reading and rests until the next one."""
     levels = np.array([1.0, 0.75, 0.5, 0.25, 1.0])
     current, count = np.concatenate((levels, -levels)), 10
+    if name in IN_TURN:
+        # Each level both ways before the next: the amounts only fall, as a drift does.
+        current = np.column_stack((levels[:-1], -levels[:-1])).ravel()
+        count = current.size
     flows, rests = 0.4, log(random, 0.1, 20.0)
     size, noise, ohms = log(random, 1e-5, 0.02), log(random, 1e-5, 1e-3), np.ones(count)
     beside = np.full(count, random.uniform(-2e-3, 2e-3))
     if "heats" in name and "winding" in name:
         constant = log(random, 0.01, 0.2) if name.endswith("at once") else log(random, 0.2, 60.0)
         ohms = 1.0 + size * _warmth(current**2, constant, flows, rests)
-    match name.removeprefix("wires: "):
+    match name.partition(": ")[2]:
         case "winding was warm":
             ohms = 1.0 + size * (np.exp(-np.arange(count) * (flows + rests) / log(random, 5.0, 2000.0)) - 1.0)
         case "clamp heats":
@@ -151,7 +159,7 @@ def angled(name: str, random: Random) -> Estimates:
 
 def recorded(name: str, random: Random) -> Estimates:
     """Draw one record of a row, and return what is estimated from it."""
-    return (wired if name in WIRED else turned if name in HAND else angled)(name, random)
+    return (wired if name.startswith("wires") else turned if name in HAND else angled)(name, random)
 
 
 if __name__ == "__main__":

@@ -226,6 +226,69 @@ def coast_down(
     return record.print(outcome)
 
 
+def four_wire(
+    *files: Path,
+    connection: Literal["wye", "delta"] = "wye",
+    reading: Literal["line", "series-parallel", "phase"] = "line",
+    voltage: str | None = None,
+    current: str | None = None,
+    scale: Sequence[str] = (),
+    temperature: float | None = None,
+    temperature_uncertainty: float | None = None,
+    copper_coefficient: float = 0.00393,
+    full_scale: Sequence[str] = (),
+    record: RecordOptions = _AS_USUAL,
+) -> int:
+    """Stator resistance from four-wire readings of both polarities (§3.2).
+
+    Exit status 0 where every figure is given, 1 where one is withheld, 2 where a file or what was typed cannot be used.
+
+    Parameters
+    ----------
+    files
+        Columns of current and voltage, row by row as they were read, with currents of both signs. Three lines are three files,
+        or three columns of voltage.
+    connection
+        How the windings are joined.
+    reading
+        Where a single line was read: between two lines, from one line to the other two joined, or to the star point.
+    voltage
+        Name of the voltage channel, if its unit does not identify it.
+    current
+        Name of the current's channel.
+    scale
+        Factor for a channel, NAME=FACTOR.
+    temperature
+        Temperature of the winding, °C. The resistance is then referred to 25 °C.
+    temperature_uncertainty
+        Half-width of the range within which this temperature is known, K. Default: 2.
+    copper_coefficient
+        Temperature coefficient of the winding's resistance at 20 °C, 1/K.
+    full_scale
+        Range that a channel was set to (the whole screen), NAME=RANGE, as in CH1=40V. It is needed for limits in % of full
+        scale.
+    record
+        What every capture's command takes.
+
+    """
+    from bench.analysis import analyze_four_wire
+    from bench.analysis.temperature import copper_temperature
+
+    outcome = analyze_four_wire(
+        _some(files),
+        connection=connection,
+        reading=reading,
+        voltage=voltage,
+        current=current,
+        scale=factors_of(scale),
+        accuracy=record.statements(full_scale),
+        selection=record.selection,
+        temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
+        translate=record.translate,
+    )
+    return record.print(outcome)
+
+
 def rotor_sweep(
     file: Path,
     *,

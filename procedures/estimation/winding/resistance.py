@@ -20,6 +20,12 @@ COPPER, COPPER_REFERENCE = 0.00393, 20.0
 _SLOPE = ("resistance", "offset", "meter")
 #: A voltage drifts where chance alone would do so in this share of records, and so many readings more are left over.
 _CHANCE, _LEAST_FREEDOM = 1e-3, 3
+#: Readings over for a voltage that bends, and how much more χ² another shape may leave to be as likely.
+_LEAST_TO_BEND, _RIVALS = 2, 12.0
+#: A shape of which less than this share is its own is the rest of the design.
+_TOLD_APART = 1e-6
+#: What chance makes of the square of the largest of several scores does not count.
+_BY_CHANCE = 4.0
 #: Readings agree within this share of the largest; a resistance that one of them moves by more than that is not given.
 _AGREE, _MOST_SHIFT = 2e-4, 0.05
 #: Scores beyond this are as good as certain, and not infinite.
@@ -108,7 +114,9 @@ def slope(voltage: ArrayLike, current: ArrayLike) -> Fit:
     v, i = series("voltage", voltage, least=4), series("current", current, least=4)
     same_length(voltage=v, current=i)
     if not (i.min() < 0 < i.max()):
-        raise EstimationError("all currents have one sign; take readings with both polarities")
+        raise EstimationError(
+            "all currents have one sign, and a thermal voltage that changes then looks like resistance; take readings with both polarities"
+        )
     if np.ptp(np.abs(i)) <= 1e-9 * np.max(np.abs(i)):
         raise EstimationError("all currents are alike; take readings at several currents")
     order = np.linspace(-1.0, 1.0, v.size)
@@ -189,29 +197,64 @@ def _as_straight(fit: Fit, v: FloatArray, i: FloatArray, order: FloatArray) -> F
     freedom = v.size - plain.shape[1] - 1
     amounts = np.abs(i) / float(np.max(np.abs(i)))
     levels = np.unique(np.round(amounts, 2))
-    if freedom < _LEAST_FREEDOM or levels.size < 3:
+    if freedom < _LEAST_TO_BEND or levels.size < 3:
         return fit
     ranges = [i * (amounts < level) for level in 0.5 * (levels[:-1] + levels[1:])]
-    shapes = (np.abs(i), i * amounts**2, *ranges)
+    shapes = (np.abs(i), i * amounts, i * amounts**2, *ranges)
     limit = float(special.stdtrit(freedom, 1.0 - 0.5 * _CHANCE / len(shapes)))
-    names = tuple(str(k) for k in range(plain.shape[1] + 1))
-    clearest, bend = limit, 0.0
-    for shape in shapes:
-        bent = least_squares(names, np.column_stack((plain, shape)), v)
-        t = abs(float(bent.values[-1])) / max(bent.uncertainty(names[-1]), 1e-300)
-        if t > clearest:
-            # Which polarity, or which of the currents, shows the resistance is not known: it is between them.
-            moved = float(bent.values[0]) - fit.value("resistance")
-            clearest, bend = t, max(abs(float(bent.values[-1])), abs(moved))
-    if not bend:
-        return allowed_for_heating(fit, plain, v, i)
+    bends = [_bent(plain, shape, v, fit) for shape in shapes if _told_apart(plain, shape)]
+    found = [each for each in bends if each.score > limit] or _instead_of_drift(fit, shapes, v, i)
+    if not found:
+        return allowed_for_heating(fit, plain, v, i, max((_unseen(each, freedom) for each in bends), default=0.0))
+    # Which polarity, or which of the currents, shows the resistance is not known: it is between them.
+    least = min(each.squares for each in found)
+    bend = max(each.by for each in found if each.squares <= least * (1.0 + _RIVALS / freedom))
     covariance = fit.covariance.copy()
     covariance[0, 0] += bend**2 / 3.0
+    clearest = max(each.score for each in found)
     score = min(float(special.ndtri(special.stdtr(freedom, clearest))), _MOST)
     figures: dict[str, float | str] = {"bend": abs(bend / fit.value("resistance")), "record": "four-wire"}
     answer = Answer.WITHHELD if bend > _MOST_SHIFT * abs(fit.value("resistance")) else Answer.WIDENED
     finding = Finding(Cause.CURVATURE, answer, score=score, figures=figures)
     return replace(fit, covariance=covariance, misfit=Misfit.together((fit.misfit, Misfit((finding,)))))
+
+
+class _Bend(NamedTuple):
+    """A shape of the voltage over the current beside a straight line: |t|, what it does to the resistance (Ω), and χ² that is left (V²)."""
+
+    score: float
+    by: float
+    squares: float
+
+
+def _told_apart(plain: FloatArray, shape: FloatArray) -> bool:
+    """Return whether readings tell a shape from the rest of the design."""
+    left = shape - plain @ (np.linalg.pinv(plain) @ shape)
+    return float(np.linalg.norm(left)) > _TOLD_APART * float(np.linalg.norm(shape))
+
+
+def _bent(plain: FloatArray, shape: FloatArray, v: FloatArray, fit: Fit) -> _Bend:
+    names = tuple(str(k) for k in range(plain.shape[1] + 1))
+    bent = least_squares(names, np.column_stack((plain, shape)), v)
+    size, moved = float(bent.values[-1]), float(bent.values[0]) - fit.value("resistance")
+    score = abs(size) / max(bent.uncertainty(names[-1]), 1e-300)
+    return _Bend(score, max(abs(size), abs(moved)), float(np.sum(bent.residuals**2)))
+
+
+def _unseen(bend: _Bend, freedom: int) -> float:
+    """Return what a shape that is not beyond chance adds to the resistance's variance (Ω²), as far as its score is more than chance."""
+    z = -float(special.ndtri(max(2.0 * special.stdtr(freedom, -bend.score), 1e-300) / 2.0))
+    return max(0.0, 1.0 - _BY_CHANCE / z**2) * bend.by**2 / 3.0 if z > 0.0 else 0.0
+
+
+def _instead_of_drift(fit: Fit, shapes: Sequence[FloatArray], v: FloatArray, i: FloatArray) -> list[_Bend]:
+    """Return shapes that explain the readings as well as the drift that was found: where both polarities of a current follow each other
+    and the currents only fall, a contact that rectifies looks like it.
+    """
+    if not any(finding.cause is Cause.SLOPE for finding in fit.misfit.findings):
+        return []
+    most = float(np.sum(fit.residuals**2)) * (1.0 + _RIVALS / fit.degrees_of_freedom)
+    return [each for each in (_bent(_plain(i), shape, v, fit) for shape in shapes) if each.squares <= most]
 
 
 def drift(blocks: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> Fit:

@@ -16,8 +16,11 @@ _CHANCE = 2.5
 _MOST = 40.0
 
 
-def allowed_for_heating(fit: Fit, plain: FloatArray, voltage: FloatArray, current: FloatArray) -> Fit:
-    """Return the fit of four-wire readings (V, A, shape (n,)) with what warming may do to the resistance, its first estimate.
+def allowed_for_heating(
+    fit: Fit, plain: FloatArray, voltage: FloatArray, current: FloatArray, least: float = 0.0
+) -> Fit:
+    """Return the fit of four-wire readings (V, A, shape (n,)) with what warming may do to the resistance, its first estimate, and at least
+    a variance (Ω²) for other causes.
 
     `plain` (n, k) is the fit's design. Most of what a resistance does that follows the square of its current looks like a larger
     resistance, so what is seen of the rest counts long before it is beyond chance. It can only rise.
@@ -25,7 +28,7 @@ def allowed_for_heating(fit: Fit, plain: FloatArray, voltage: FloatArray, curren
     if voltage.size <= plain.shape[1] + 1:
         return fit
     names = tuple(str(k) for k in range(plain.shape[1] + 1))
-    most = 0.0
+    most = least
     for lasts in _LASTS:
         further = least_squares(names, np.column_stack((plain, current * _warmth(current, lasts))), voltage)
         rise, uncertainty = further.value(names[-1]), further.uncertainty(names[-1])
