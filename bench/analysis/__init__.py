@@ -2,6 +2,7 @@
 
 from bench.analysis.back_emf import analyze_back_emf
 from bench.analysis.coast_down import analyze_coast_down
+from bench.analysis.cogging import analyze_cogging
 from bench.analysis.four_wire import analyze_four_wire
 from bench.analysis.rotor_sweep import analyze_rotor_sweep
 from bench.analysis.statements import Statement, read_statements
@@ -13,6 +14,7 @@ __all__ = [
     "Temperature",
     "analyze_back_emf",
     "analyze_coast_down",
+    "analyze_cogging",
     "analyze_four_wire",
     "analyze_rotor_sweep",
     "analyze_step_response",

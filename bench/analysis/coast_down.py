@@ -12,17 +12,15 @@ from bench.analysis.applied import AppliedAccuracy, ErrorInput
 from bench.analysis.outcome import (
     AnalysisOutcome,
     estimated,
-    in_units,
-    open_unit,
     paths_of,
     refuse_copies,
 )
 from bench.analysis.ramp_record import RampRecord, coasting, read_of_pulses, split
 from bench.analysis.sensitivity import half_differences
-from bench.analysis.shaft_speed import SpeedColumn
+from bench.analysis.shaft_columns import SpeedColumn, is_torque, torque_in_units
 from bench.analysis.statements import Statement
 from bench.analysis.time_base import judge_open_time, warn_of_coast
-from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
+from bench.captures import WHOLE, CaptureError, CapturePart, read_capture
 from bench.captures.written_digits import FloatArray
 from drivers.interfaces.text import Translate, english, text
 from procedures.estimation.fitting.fit import Fit
@@ -83,9 +81,9 @@ def analyze_coast_down(
     records, assumed = [], []
     column = SpeedColumn(speed, speed_in_rpm, electrical=electrical, pole_pairs=pole_pairs)
     for k, capture in enumerate(captures):
-        channel, note = column.of_shaft(capture, [c for c in capture.channels if not _is_torque(c)])
+        channel, note = column.of_shaft(capture, [c for c in capture.channels if not is_torque(c)])
         assumed += note
-        shaft = [_with_unit(capture, c) for c in capture.channels if _is_torque(c)]
+        shaft = [torque_in_units(capture, c) for c in capture.channels if is_torque(c)]
         level = torque if torque is not None and k == 0 and len(captures) > 1 else 0.0
         filters = speed_filter, torque_filter
         record = RampRecord(capture.times(), channel, shaft[0] if shaft else level, filters)
@@ -198,14 +196,3 @@ def _uses(records: Sequence[RampRecord]) -> dict[str, Sequence[str]]:
         uses["torque"] = tuple(torques)
     uses["time"] = ("time",)
     return uses
-
-
-def _is_torque(channel: CaptureChannel) -> bool:
-    return channel.unit == "N·m" or "torque" in channel.name.lower()
-
-
-def _with_unit(capture: Capture, torque: CaptureChannel) -> CaptureChannel:
-    """Return a torque (N·m). Raises CaptureError where its heading says no unit."""
-    if not torque.unit:
-        raise open_unit(capture, torque.name, "torque", ("Nm", "mNm"))
-    return in_units(capture, torque, ("N·m",), "torque")

@@ -58,6 +58,7 @@ def make_app() -> App:
         ("back-emf", "Fundamental and harmonics of captured back-EMF voltages."),
         ("step-response", "Resistance and inductance from a current step."),
         ("coast-down", "Friction from a coast-down (time, speed)."),
+        ("cogging", "Cogging torque of a slowly turned shaft."),
         ("four-wire", "Stator resistance from four-wire voltage and current."),
         ("rotor-sweep", "Ld and Lq from inductance over the rotor's angle."),
     ):

@@ -19,6 +19,7 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
 from procedures.estimation.mechanics.cogging_speeds import AtHalfSpeed, compare, part_of_turn, read_again
+from procedures.techniques.shaft.cogging_figure import Transducer, cogging_figure
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.verification.settings import WiringSettings
 
@@ -27,10 +28,6 @@ _RPM = math.pi / 30.0
 _WHOLE = 0.98
 #: Orders below this are no cogging where the pole pairs are not known: each pole passes a slot twice a turn at least.
 _LOWEST = 6
-#: A share of the torque that the transducer's averaging may take away before it is worth a warning.
-_BLURRED = 0.1
-#: Periods within the averaging beyond which nothing reliable is left.
-_NULL = 0.9
 #: Readings come later than evenly spaced ones by up to this share of their spacing, by a rule that never repeats itself.
 _UNEVEN, _GOLDEN = 0.8, 0.5 * (math.sqrt(5.0) - 1.0)
 #: Readings a period at half the speed, at least so many in all, so long (s) after it is reached.
@@ -152,7 +149,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             (turned.angle, turned.torque),
             (again.angle, again.torque),
             orders,
-            found.orders,
+            found,
             abs(turned.speed),
             settings.averaging,
             last.torque_filter,
@@ -202,31 +199,12 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             "noise": fit.noise,
             "readings": curve(angle=angle, torque=turned.torque),
         }
-        if fit.peak_to_peak > 0.0:
-            size = unc.statistical("scatter of the torque over a turn", fit.peak_to_peak, fit.uncertainty)
-            high, multiples = text("orders too high to be seen"), text("multiples within the scatter")
-            unseen = high if self.settings.order is None else multiples
-            size = size + unc.limit(unseen, 0.0, fit.hidden)
-            if fit.above:
-                size = size + unc.limit("another order besides the one given", 0.5 * fit.above, 0.5 * fit.above)
-        else:
-            # Anything up to this would have drowned.
-            self.notice(
-                "none-seen",
-                text(
-                    "no cogging stands out of the scatter: the figure is a bound, for a transducer that averages over {time:g} s at most. "
-                    "Where it has a slower filter, state the filter or turn more slowly",
-                    time=last.torque_filter or self.settings.averaging,
-                ),
-            )
-            size = unc.limit("cogging that the scatter may hide", 0.5 * fit.hidden, 0.5 * fit.hidden)
-        # A filter that is stated is undone, and one that half the speed shows is made up for.
-        more = 0.0 if last.torque_filter or slower.limit else 0.5 * self._blurred(fit, abs(turned.speed))
-        size = size * (1.0 + unc.limit("averaging in the transducer", more, more))
-        if slower.limit:
-            size = size * unc.limit("filter of the torque, by half the speed", slower.factor, slower.limit)
-        if slower.more:
-            size = size + unc.limit("a wave that half the speed alone shows", 0.5 * slower.more, 0.5 * slower.more)
+        transducer = Transducer(self.settings.averaging, last.torque_filter)
+        size, notices = cogging_figure(
+            unc, fit, slower, transducer, abs(turned.speed), order_given=self.settings.order is not None
+        )
+        for name, said in notices:
+            self.notice(name, said)
         self.report(
             "cogging_torque",
             unc.instrument("dynamometer, torque", size, self._gain(last.torque_accuracy)),
@@ -236,26 +214,6 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             else "orders that stand out of the noise, from trough to crest",
             misfit=Misfit.together((fit.misfit, slower.misfit)).of("cogging_torque"),
         )
-
-    def _blurred(self, found: Cogging, speed: float) -> float:
-        """Return by which share of what is seen the torque may be larger, for averaging of the largest order at this speed (rad/s)."""
-        if not found.orders.size:
-            return 0.0
-        order = float(found.orders[int(np.argmax(found.amplitudes))])
-        seen = float(np.sinc(min(order * speed * self.settings.averaging / (2.0 * math.pi), _NULL)))
-        lost = 1.0 - seen
-        if lost > _BLURRED:
-            self.notice(
-                "blurred",
-                text(
-                    "at this speed the transducer's averaging over {time:g} s may reduce a torque of {order:.0f} "
-                    "periods per turn by {lost:.0%}; turn more slowly",
-                    time=self.settings.averaging,
-                    lost=lost,
-                    order=order,
-                ),
-            )
-        return lost / seen
 
     def _gain(self, accuracy: Accuracy) -> Accuracy:
         """Return the transducer's gain: its zero falls out of a difference; a share of full scale may be a slope over that."""

@@ -12,6 +12,8 @@ from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text
 
 _AS_USUAL = RecordOptions()
+#: rpm at which a cogging torque can still be told from the stand's own vibrations.
+_FASTEST = 1000.0
 
 
 def back_emf(
@@ -218,6 +220,62 @@ def coast_down(
         electrical=electrical,
         pole_pairs=pole_pairs,
         speed_filter=seconds_of("--speed-filter", speed_filter),
+        torque_filter=seconds_of("--torque-filter", torque_filter),
+        accuracy=record.statements(),
+        selection=record.selection,
+        translate=record.translate,
+    )
+    return record.print(outcome)
+
+
+def cogging(
+    *files: Path,
+    order: int | None = None,
+    pole_pairs: Count | None = None,
+    speed_rpm: float | None = None,
+    averaging: str = "20ms",
+    torque_filter: str | None = None,
+    record: RecordOptions = _AS_USUAL,
+) -> int:
+    """Cogging torque, peak to peak, of an open motor that is turned slowly.
+
+    Exit status 0 where every figure is given, 1 where one is withheld, 2 where a file or what was typed cannot be used.
+
+    Parameters
+    ----------
+    files
+        Torque over the shaft's angle, or over time with a column of angle or speed. A second file is a record at half the speed.
+    order
+        Periods of the cogging a turn, where known: the least common multiple of slots and poles. Some periods then suffice;
+        otherwise whole turns are needed, best two.
+    pole_pairs
+        Pole pairs: orders below twice their number are no cogging.
+    speed_rpm
+        Speed of the shaft, rpm, where no column tells angle or speed.
+    averaging
+        Time over which the torque transducer averages at most, as in 20ms.
+    torque_filter
+        Time constant of the filter in the torque signal, as in 20ms.
+    record
+        What every capture's command takes.
+
+    """
+    from bench.analysis import analyze_cogging
+
+    if order is not None and not 2 <= order <= 10_000:
+        raise UsageError(text("--order {order}: allowed is a whole number from 2 to 10000", order=order))
+    if speed_rpm is not None and not 0.0 < speed_rpm <= _FASTEST:
+        raise UsageError(
+            text(
+                "--speed-rpm {speed:g}: allowed is a number above 0 and up to {most:g}", speed=speed_rpm, most=_FASTEST
+            )
+        )
+    outcome = analyze_cogging(
+        _some(files),
+        order=order,
+        pole_pairs=pole_pairs,
+        speed_rpm=speed_rpm,
+        averaging=seconds_of("--averaging", averaging),
         torque_filter=seconds_of("--torque-filter", torque_filter),
         accuracy=record.statements(),
         selection=record.selection,

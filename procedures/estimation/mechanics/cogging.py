@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from procedures.estimation.fitting.checks import positive, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
@@ -29,7 +29,7 @@ _AGAIN = 1.2
 class Cogging:
     """Torque that repeats itself every turn: `peak_to_peak` (N·m) with its standard `uncertainty` from the scatter.
 
-    `orders` (k,) periods a turn that stand out of the noise and their `amplitudes` (k,), N·m; without any, `peak_to_peak` is 0.
+    `orders` (k,) periods a turn that stand out of the noise and their `phasors` (k,), N·m; without any, `peak_to_peak` is 0.
     `hidden` (N·m, peak to peak) is what the scatter may hide: where the order is not known, one so high that it looks like noise, else
     the order's multiples. `above` (N·m) is by how much more an order beside the known one may make it. `mean` (N·m) is the drag that
     all this lies upon, `noise` (N·m) one reading's scatter; `misfit` what the readings show beyond all this.
@@ -39,11 +39,20 @@ class Cogging:
     uncertainty: float
     hidden: float
     orders: FloatArray
-    amplitudes: FloatArray
+    phasors: NDArray[np.complex128]
     mean: float
     noise: float
     above: float = 0.0
     misfit: Misfit = NO_MISFIT
+
+    @property
+    def amplitudes(self) -> FloatArray:
+        """Amplitudes (k,) of the orders, N·m."""
+        return np.abs(self.phasors)
+
+    def before(self, passed: NDArray[np.complex128]) -> float:
+        """Return the peak-to-peak torque (N·m) before something that let the orders through by these factors (k,)."""
+        return peak_to_peak(self.orders.astype(int), self.phasors / passed, None)
 
 
 def fit_cogging(
@@ -85,7 +94,7 @@ def fit_cogging(
     result = Misfit.together((seen.misfit, blurred(orders.orders[stand], phasors[stand], passed[stand], torque_filter)))
     if not kept.size:
         none = np.zeros(0)
-        return Cogging(0.0, 0.0, 2.0 * unseen + beside, none, none, mean, solved.noise, 0.0, result)
+        return Cogging(0.0, 0.0, 2.0 * unseen + beside, none, none.astype(complex), mean, solved.noise, 0.0, result)
     # Beside an order that is seen, its multiples may lie within their noise; where the last one looked at stands out, others follow it.
     missed = (
         phasors[orders.counted & (~stand | (orders.orders == orders.orders[-1]))]
@@ -98,7 +107,7 @@ def fit_cogging(
         math.hypot(math.sqrt(2.0 * float(np.sum(axis[stand] ** 2))), seen.unrepeated),
         2.0 * float(np.sqrt(np.sum(np.abs(missed) ** 2))),
         kept.astype(float),
-        np.abs(phasors[stand]),
+        phasors[stand],
         mean,
         solved.noise,
         beside,

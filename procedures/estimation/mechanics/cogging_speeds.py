@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from procedures.estimation.fitting.checks import positive, same_length, series
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
+from procedures.estimation.mechanics.cogging import Cogging
 
 #: Orders nearer to a larger one than this, or beyond so many, are not read again; nor any smaller than this share of the largest.
 _APART, _MOST, _SMALL = 4.0, 3, 0.1
@@ -23,6 +24,8 @@ _GONE, _READABLE = 0.5, 1.6
 #: A ratio as large as this is that of a filter too slow for its time constant to be told.
 _NEXT_TO_TWICE = 1.95
 _DRIFT = 3
+#: No more of an order is made up for than 1 over this.
+_LEAST_LEFT = 0.2
 #: Further waves of the second record, sought up to so many times the highest order.
 _WAVES, _WIDE = 2, 5.0
 
@@ -60,15 +63,15 @@ def compare(
     found: tuple[ArrayLike, ArrayLike],
     again: tuple[ArrayLike, ArrayLike],
     orders: ArrayLike,
-    known: ArrayLike,
+    fit: Cogging,
     speed: float,
     averaging: float,
     torque_filter: float = 0.0,
 ) -> AtHalfSpeed:
     """Compare a record (angle in rad, torque in N·m) at a `speed` (rad/s) with a part of a turn that was read at half of it.
 
-    `orders` are those to look at, the largest first, of all that are `known`. Up to `averaging` (s) of the transducer's own mean is
-    expected, or a `torque_filter` (s) that is stated. Raises EstimationError for records that cannot be compared.
+    `orders` are those to look at, the largest first, of all that the first record's `fit` shows. Up to `averaging` (s) of the transducer's
+    own mean is expected, or a `torque_filter` (s) that is stated. Raises EstimationError for records that cannot be compared.
     """
     wanted, rate = series("orders", orders, least=1), positive("speed", speed, "rad/s")
     angle, torque = _checked("first", found)
@@ -93,7 +96,7 @@ def compare(
             finding = Finding(Cause.VIBRATION, Answer.WITHHELD, score=float((1.0 - ratio) / doubt), figures=figures)
             return AtHalfSpeed(misfit=Misfit((finding,)))
     for order, amplitude, doubt in zip(others, everything[wanted.size :], noise[wanted.size :], strict=True):
-        new = np.min(np.abs(order - series("known", known, least=1))) >= _APART
+        new = np.min(np.abs(order - fit.orders)) >= _APART
         if new and amplitude > max(_NEW * float(whole[0]), _BEYOND * doubt):
             figures = {"record": "cogging-half", "order": float(order), "amplitude": float(amplitude)}
             figures["frequency"] = 0.5 * float(order) * rate / (2.0 * math.pi)
@@ -103,31 +106,41 @@ def compare(
     expected = _expected(order * rate, averaging, torque_filter)
     if ratio - _BEYOND * doubt < expected + _MARGIN:
         return AtHalfSpeed()
-    return _filtered(order, rate, ratio, doubt)
+    return _filtered(order, rate, ratio, doubt, fit)
 
 
-def _filtered(order: float, speed: float, ratio: float, doubt: float) -> AtHalfSpeed:
-    """Return how much a filter takes away that lets through `ratio` times as much at half the speed: of first order, or a mean."""
-    lags = math.sqrt((min(ratio, _NEXT_TO_TWICE) ** 2 - 1.0) / (1.0 - 0.25 * min(ratio, _NEXT_TO_TWICE) ** 2))
-    factor = math.hypot(1.0, lags)
+def _filtered(order: float, speed: float, ratio: float, doubt: float, fit: Cogging) -> AtHalfSpeed:
+    """Return how much a filter takes away that lets through `ratio` times as much of an order at half the speed: of first order, or a
+    mean. Higher orders lose more.
+    """
+    lags = _lags(ratio)
     figures: dict[str, float | str] = {"record": "cogging", "time_constant": lags / (order * speed), "order": order}
-    figures["share"] = 1.0 - 1.0 / factor
+    figures["share"] = 1.0 - 1.0 / math.hypot(1.0, lags)
     answer = Answer.MODELLED if ratio + doubt <= _READABLE else Answer.WITHHELD
     misfit = Misfit((Finding(Cause.TORQUE_FILTER, answer, score=(ratio - 1.0) / doubt, figures=figures),))
     if answer is Answer.WITHHELD:
         return AtHalfSpeed(misfit=misfit)
-    bounds = [made(max(ratio + way * 2.0 * doubt, 1.0)) for made in (_first_order, _mean) for way in (-1.0, 1.0)]
-    return AtHalfSpeed(0.5 * (min(bounds) + max(bounds)), 0.5 * (max(bounds) - min(bounds)), misfit=misfit)
+    over = fit.orders / order
+    bounds = []
+    for seen in (max(ratio + way * 2.0 * doubt, 1.0) for way in (-1.0, 1.0)):
+        # A mean takes away everything of some orders: what is left of these is noise.
+        half = _half_turn(seen) * over
+        mean = np.maximum(np.abs(np.sinc(half / math.pi)), _LEAST_LEFT) * np.exp(-1j * half)
+        first_order = 1.0 / (1.0 + 1j * _lags(seen) * over)
+        bounds += [fit.before(np.asarray(each, dtype=np.complex128)) for each in (first_order, mean)]
+    low, high = min(bounds) / fit.peak_to_peak, max(bounds) / fit.peak_to_peak
+    return AtHalfSpeed(0.5 * (low + high), 0.5 * (high - low), misfit=misfit)
 
 
-def _first_order(ratio: float) -> float:
+def _lags(ratio: float) -> float:
+    """Return an order's rate times the time constant of a first-order filter that lets `ratio` times as much through at half the rate."""
     seen = min(ratio, _NEXT_TO_TWICE)
-    return math.sqrt(1.0 + (seen**2 - 1.0) / (1.0 - 0.25 * seen**2))
+    return math.sqrt((seen**2 - 1.0) / (1.0 - 0.25 * seen**2))
 
 
-def _mean(ratio: float) -> float:
-    half = math.acos(1.0 / ratio)
-    return 2.0 * half / math.sin(2.0 * half) if half else 1.0
+def _half_turn(ratio: float) -> float:
+    """Return half the angle (rad) over which a mean is taken that lets `ratio` times as much through at half the rate."""
+    return 2.0 * math.acos(1.0 / ratio)
 
 
 def _expected(rate: float, averaging: float, torque_filter: float) -> float:

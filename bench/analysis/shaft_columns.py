@@ -1,4 +1,4 @@
-"""The shaft's speed in a logger's table, which may be an electrical one."""
+"""Speed and torque of the shaft in a logger's table; the speed may be an electrical one."""
 
 import re
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bench.analysis.outcome import open_unit, pick, refuse_over_range
+from bench.analysis.outcome import in_units, open_unit, pick, refuse_over_range
 from bench.captures import Capture, CaptureChannel, CaptureError
 from drivers.interfaces.text import Text, text
 
@@ -102,3 +102,15 @@ class SpeedColumn:
             more = text("; or type --speed-in-rpm or --speed-in-rad-s")
             raise open_unit(capture, found.name, "speed", ("rpm", "rad/s", "rps"), more)
         return 1.0, [text("speed '{name}' assumed to be in rad/s", name=found.name)]
+
+
+def is_torque(channel: CaptureChannel) -> bool:
+    """Return whether a column is a torque, by its unit or its name."""
+    return channel.unit == "N·m" or "torque" in channel.name.lower()
+
+
+def torque_in_units(capture: Capture, torque: CaptureChannel) -> CaptureChannel:
+    """Return a torque (N·m). Raises CaptureError where its heading says no unit."""
+    if not torque.unit:
+        raise open_unit(capture, torque.name, "torque", ("Nm", "mNm"))
+    return in_units(capture, torque, ("N·m",), "torque")

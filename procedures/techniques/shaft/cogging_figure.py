@@ -1,0 +1,86 @@
+"""The figure of a cogging torque and its uncertainty, from what one or two speeds show."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from GTC.lib import UncertainReal
+
+from drivers.interfaces.text import Text, text
+from procedures.core.budget import Uncertainties
+from procedures.estimation.mechanics.cogging import Cogging
+from procedures.estimation.mechanics.cogging_speeds import AtHalfSpeed
+
+#: A share of the torque that the transducer's averaging may take away before it is worth a warning.
+_BLURRED = 0.1
+#: Periods within the averaging beyond which nothing reliable is left.
+_NULL = 0.9
+
+
+@dataclass(frozen=True)
+class Transducer:
+    """What a torque transducer does to a wave: it averages over `averaging` (s) at most, or has a first-order `torque_filter` (s) that is
+    stated.
+    """
+
+    averaging: float
+    torque_filter: float = 0.0
+
+
+def cogging_figure(
+    uncertainties: Uncertainties,
+    fit: Cogging,
+    slower: AtHalfSpeed,
+    transducer: Transducer,
+    speed: float,
+    *,
+    order_given: bool,
+) -> tuple[UncertainReal, tuple[tuple[str, Text], ...]]:
+    """Return the peak-to-peak torque (N·m) that was read at a `speed` (rad/s), and notices by their names."""
+    notices: list[tuple[str, Text]] = []
+    if fit.peak_to_peak > 0.0:
+        size = uncertainties.statistical("scatter of the torque over a turn", fit.peak_to_peak, fit.uncertainty)
+        high, multiples = text("orders too high to be seen"), text("multiples within the scatter")
+        size = size + uncertainties.limit(multiples if order_given else high, 0.0, fit.hidden)
+        if fit.above:
+            size = size + uncertainties.limit("another order besides the one given", 0.5 * fit.above, 0.5 * fit.above)
+    else:
+        # Anything up to this would have drowned.
+        notices.append(
+            (
+                "none-seen",
+                text(
+                    "no cogging stands out of the scatter: the figure is a bound, for a transducer that averages over {time:g} s at most. "
+                    "Where it has a slower filter, state the filter or turn more slowly",
+                    time=transducer.torque_filter or transducer.averaging,
+                ),
+            )
+        )
+        size = uncertainties.limit("cogging that the scatter may hide", 0.5 * fit.hidden, 0.5 * fit.hidden)
+    # A filter that is stated is undone, and one that half the speed shows is made up for.
+    if fit.orders.size and not (transducer.torque_filter or slower.limit):
+        order = float(fit.orders[int(np.argmax(fit.amplitudes))])
+        seen = float(np.sinc(min(order * speed * transducer.averaging / (2.0 * math.pi), _NULL)))
+        lost = 1.0 - seen
+        if lost > _BLURRED:
+            notices.append(
+                (
+                    "blurred",
+                    text(
+                        "at this speed the transducer's averaging over {time:g} s may reduce a torque of {order:.0f} "
+                        "periods per turn by {lost:.0%}; turn more slowly",
+                        time=transducer.averaging,
+                        lost=lost,
+                        order=order,
+                    ),
+                )
+            )
+        more = 0.5 * lost / seen
+        size = size * (1.0 + uncertainties.limit("averaging in the transducer", more, more))
+    if slower.limit:
+        size = size * uncertainties.limit("filter of the torque, by half the speed", slower.factor, slower.limit)
+    if slower.more:
+        size = size + uncertainties.limit(
+            "a wave that half the speed alone shows", 0.5 * slower.more, 0.5 * slower.more
+        )
+    return size, tuple(notices)
