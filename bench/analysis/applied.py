@@ -73,6 +73,8 @@ class AppliedAccuracy:
         self, statements: Sequence[Statement], uses: Mapping[str, Sequence[str]], captures: Sequence[Capture]
     ) -> None:
         """Take the statements for `uses`, names of channels by kind. Raises InputError for one that is about none of them."""
+        #: Names of the channels that the analysis uses.
+        self.channels = frozenset(name for names in uses.values() for name in names)
         self._limits: dict[tuple[str, str], Statement] = {}
         self._captures = captures
         self._assumed_ranges: dict[str, str] = {}

@@ -48,13 +48,14 @@ class AnalysisOutcome:
         self._procedure = procedure
         self._section = section
         self._accuracy = accuracy
-        self._digits, self._readings = _digits(capture)
-        self._rounding = float(np.hypot.reduce([channel.rounding for channel in capture.channels], initial=0.0))
+        used = [channel for channel in capture.channels if channel.name in accuracy.channels]
+        self._digits, self._readings = _digits(used)
+        self._rounding = float(np.hypot.reduce([channel.rounding for channel in used], initial=0.0))
         self._parameters: dict[str, dict[str, Any]] = {}
         self._withheld: dict[str, dict[str, Any]] = {}
         self._misfit: list[dict[str, Any]] = []
         said = accuracy.sentences() if accuracy.stated else [TYPE_A_ONLY]
-        self._assumptions: list[Text] = [*capture.assumptions, *said, *_few_digits(capture)]
+        self._assumptions: list[Text] = [*capture.assumptions, *said, *_few_digits(used)]
         self._warnings: list[tuple[str, Text]] = []
         self._details: dict[str, Any] = {"source": capture.source, "format": capture.description}
 
@@ -174,21 +175,21 @@ class AnalysisOutcome:
         }
 
 
-def _digits(capture: Capture) -> tuple[dict[str, float], int]:
+def _digits(channels: Sequence[CaptureChannel]) -> tuple[dict[str, float], int]:
     """Return the last digit of the times and of the coarsest channel's readings, as shares, and how many readings there are.
 
     A channel of many readings whose steps are known does not count: the fit has their rounding in its own uncertainty. All times
     together tell the interval between them far better than each is rounded.
     """
     digits = {"times": _NINTH, "readings": 0.0}
-    for channel in capture.channels:
+    for channel in channels:
         size = float(np.sqrt(np.mean(channel.values**2))) if channel.values.size else 0.0
         if size > 0.0 and not (channel.resolution and channel.values.size >= _MANY):
             digits["readings"] = max(digits["readings"], last_digit(channel.values) / size)
-    return digits, max((channel.values.size for channel in capture.channels), default=1)
+    return digits, max((channel.values.size for channel in channels), default=1)
 
 
-def _few_digits(capture: Capture) -> list[Text]:
+def _few_digits(channels: Sequence[CaptureChannel]) -> list[Text]:
     """Return what is said of the channels whose readings share an error because the file has few digits."""
     return [
         text(
@@ -197,7 +198,7 @@ def _few_digits(capture: Capture) -> list[Text]:
             name=channel.name,
             share=100.0 * channel.rounding,
         )
-        for channel in capture.channels
+        for channel in channels
         if channel.rounding > _NOT_TOLD
     ]
 

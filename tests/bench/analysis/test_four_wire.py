@@ -156,3 +156,10 @@ def test_typed_as_a_command(call: Call, tmp_path):
     assert code == 2
     assert "no star point" in err
     assert call("analyze", "four-wire")[0] == 2
+
+
+def test_a_column_of_row_numbers_is_no_reading(tmp_path):
+    rows = np.arange(1, CURRENT.size + 1)
+    plain = analyze_four_wire(table(tmp_path / "plain.csv", (CURRENT, volts(0.2)), "I (A),U (V)"))
+    numbered = analyze_four_wire(table(tmp_path / "numbered.csv", (rows, CURRENT, volts(0.2)), "No,I (A),U (V)"))
+    assert given(numbered)["coverage_interval"] == given(plain)["coverage_interval"]
