@@ -15,6 +15,10 @@ from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Findi
 _CHANCE = 5e-3
 #: A fall of less than so many standard uncertainties is none.
 _HARDLY = 1.2
+#: What chance makes of the square of a change over its uncertainty, and this much more, does not count.
+_BY_CHANCE = 2.5
+#: What contacts may add over such a change: by more than chance they would be told, and these are few.
+_HARDLY_ADDS = 2.5
 #: The slowest time constant (s) with which a winding goes back to the temperature around it.
 _SLOWEST = 2400.0
 #: By one to three differences between contacts made anew (and more), what a contact may add over their rms: of a log-normal resistance
@@ -131,11 +135,13 @@ def unsettled(again: Sequence[ReadAgain], parameter: str) -> Unsettled:
     """
     seen = [each for each in again if each.unexplained]
     if not seen:
-        # What is no more than chance may be a fall all the same: it is told of nobody, and in the interval.
+        # What is no more than chance may be a fall all the same, or a contact: it is told of nobody, and in the interval.
         falls = [
             -each.left / each.seconds for each in again if each.seconds and each.left < -_HARDLY * each.uncertainty
         ]
-        return Unsettled(excess=min(_SLOWEST * max(falls, default=0.0), _MOST), warm=True)
+        if falls:
+            return Unsettled(excess=min(_SLOWEST * max(falls), _MOST), warm=True)
+        return Unsettled(excess=max((_hardly_seen(each) for each in again), default=0.0))
     left, seconds = np.array([each.left for each in again]), np.array([each.seconds for each in again])
     weight = 1.0 / np.array([max(each.uncertainty, 1e-9) for each in again]) ** 2
     # Readings that were typed from a list tell no time, in which a winding could have cooled.
@@ -159,6 +165,12 @@ def unsettled(again: Sequence[ReadAgain], parameter: str) -> Unsettled:
         figures={"change": clearest.left, "seconds": clearest.seconds, "excess": excess},
     )
     return Unsettled(Misfit((finding,)), excess, cools)
+
+
+def _hardly_seen(line: ReadAgain) -> float:
+    """Return what contacts may add (relative) by a change that is no more than chance, as far as it is more than chance makes of most."""
+    beyond = 1.0 - _BY_CHANCE * (line.uncertainty / line.change) ** 2 if line.change > 0.0 else 0.0
+    return max(beyond, 0.0) * _HARDLY_ADDS * line.change
 
 
 def contacts_made_anew(

@@ -126,3 +126,17 @@ def test_a_winding_that_cools_from_line_to_line_is_no_contact_unless_those_are_s
     assert not contacts_made_anew((1.0, 1.0, 1.0), cooling, 3e-4).misfit
     (found,) = contacts_made_anew((1.0, 1.0, 1.0), cooling, 3e-4, suspected=True).misfit.findings
     assert (found.cause, found.answer) == (Cause.CONTACT, Answer.WITHHELD)
+
+
+@pytest.mark.parametrize("explained", [0.0, 0.01])
+def test_a_rise_that_is_hardly_more_than_chance_is_in_the_interval(explained: float) -> None:
+    """A contact made anew that adds more than the first time, which warming by the current would explain as well."""
+    rise = ReadAgain(3.3e-4, 1.4e-4, 7.0, 50.0, explained)
+    assert not rise.unexplained
+    found = unsettled([rise], "stator_resistance")
+    assert not found.misfit
+    assert not found.warm
+    assert 3.3e-4 <= found.excess <= 1e-3
+    assert found.contacts == 0.0
+    chance = ReadAgain(1.4e-4, 1.4e-4, 7.0, 50.0, explained)
+    assert unsettled([chance], "stator_resistance").excess == 0.0
