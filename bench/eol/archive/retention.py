@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import Field
 
 from bench.eol.archive.run_among import run_among
-from bench.eol.line.batch_log import batch_uid, record_identifier
+from bench.eol.line.batch_log import batch_uid, owns_record
 from bench.eol.record import MotorRecord
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
@@ -99,9 +99,8 @@ def due(records: Records, rule: RetentionRule, runs: Path, now: datetime) -> Ite
             continue
         if record.batch not in uids:
             uids[record.batch] = batch_uid(runs / record.batch)
-        uid = uids[record.batch]
         # A server has other stations' records, whose batches may have the same name.
-        if uid is not None and record.identifier != record_identifier(uid, record.number):
+        if not owns_record(uids[record.batch], record.number, record.identifier):
             continue
         age = now - record.ended
         for what, days in (("runs", rule.runs.of(record.verdict)), (_WAVEFORMS, rule.waveforms.of(record.verdict))):

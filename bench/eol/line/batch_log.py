@@ -109,6 +109,10 @@ class BatchLog:
         """Return what the record of the batch's motor of this number is identified by, for ever."""
         return record_identifier(self.uid, number)
 
+    def owns(self, number: int, identifier: str) -> bool:
+        """Tell whether a record of this number and identifier is of this batch, and not of another one of its name."""
+        return owns_record(self.uid, number, identifier)
+
     def close(self) -> None:
         """Close the file."""
         if self._file >= 0:
@@ -201,6 +205,11 @@ def batch_uid(folder: Path) -> str | None:
 def record_identifier(uid: str, number: int) -> str:
     """Return the identifier of a motor's record, the same for the same motor of the same batch."""
     return str(uuid.uuid5(uuid.UUID(uid), str(number)))
+
+
+def owns_record(uid: str | None, number: int, identifier: str) -> bool:
+    """Tell whether a record is of the batch of a `uid`, and not of another one of its name; without a `uid` of any of that name."""
+    return uid is None or identifier == record_identifier(uid, number)
 
 
 def _entry(line: bytes) -> dict[str, Any]:

@@ -21,10 +21,9 @@ from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.golden_tests import GoldenTests, last_test_ended
 from bench.eol.store.insertion import settle
 from bench.eol.store.namesakes import Namesake, namesake
-from bench.eol.store.records import Records
+from bench.eol.store.records import BatchResult, Records
 from bench.eol.store.spool import FOLDER, Spool
 from bench.eol.store.waiting import Waiting
-from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, reason_of, text, text_of
 
@@ -82,17 +81,13 @@ class RecordWriter:
         except FAULTS as error:
             raise fault_of(error) from error
 
-    def verdicts(self, batch: str) -> dict[str, Verdict]:
-        """Return the last verdict on each serial number of a batch. Raises StoreError where that cannot be looked up."""
+    def results(self, batch: str) -> Iterator[BatchResult]:
+        """Give the result of each test in the batches of a name. Raises StoreError where that cannot be looked up."""
         with _reading():
-            verdicts = self.records.verdicts(batch)
-            return verdicts | {each.serial_number: each.verdict for each in self._spooled() if each.batch == batch}
-
-    def numbers(self, batch: str) -> Iterator[tuple[int, str]]:
-        """Give number and identifier of each record of the batches of a name. Raises StoreError where that cannot be looked up."""
-        with _reading():
-            yield from self.records.numbers(batch)
-            yield from ((record.number, record.identifier) for record in self._spooled() if record.batch == batch)
+            yield from self.records.results(batch)
+            for each in self._spooled():
+                if each.batch == batch:
+                    yield BatchResult(each.identifier, each.number, each.serial_number, each.verdict)
 
     def experience(self, plan: str) -> dict[str, tuple[int, int, float]]:
         """Return what `Records.experience` does. Raises StoreError where that cannot be looked up."""

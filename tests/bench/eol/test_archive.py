@@ -205,6 +205,22 @@ def test_a_rule_finds_runs_from_any_folder_and_leaves_another_station_s(
     assert sorted(path.name for path in (batches / "B3" / "000").iterdir()) == ["000002-P"]
 
 
+def test_an_archive_has_and_removes_what_is_of_its_own_batch_and_not_of_another_of_the_name(
+    call: Call, batches: Path, records: Records, engine: Engine, tmp_path: Path
+) -> None:
+    log = BatchLog(batches / "B1", {})
+    log.close()
+    code, _, error = call("archive", "B1", "--output", str(tmp_path / "none.tar"))
+    assert code != 0
+    assert "are all of another batch" in error
+    records.save(motor_record(9, identifier=log.identifier(9), batch="B1"))
+    typed = ("archive", "B1", "--remove", "all", "--output", str(tmp_path / "B1.tar"))
+    assert json.loads(call(*typed)[1])["motors"] == 1
+    assert sorted(each.number for each in records.read("B1")) == [1, 2, 3]
+    with engine.connect() as connection:
+        assert plans_of(connection, "B1") == [PLAN]
+
+
 @pytest.mark.parametrize("content", ["[run]\n", "[runs]\npassed = -1\n", "[runs]\ngood = 1\n", "["])
 def test_a_rule_that_is_none(content: str, tmp_path: Path) -> None:
     (tmp_path / "rule.toml").write_text(content)
@@ -229,9 +245,10 @@ def test_an_archive_takes_no_more_memory_for_a_longer_batch(tmp_path: Path, monk
 
 
 def test_an_archive_of_a_batch_that_is_being_measured_says_so(
-    call: Call, batches: Path, tmp_path: Path, reference: str, capsys: pytest.CaptureFixture[str]
+    call: Call, batches: Path, records: Records, tmp_path: Path, reference: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = BatchLog(batches / "B1", {"name": "B1"})
+    records.save(motor_record(5, identifier=log.identifier(5), batch="B1"))
     code, said, _ = call("archive", "B1", "--output", str(tmp_path / "one"))
     assert (code, json.loads(said)["being_measured"]) == (0, True)
     typed = (
