@@ -106,12 +106,11 @@ class Records:
         with self._engine.connect() as connection:
             return list(connection.execute(query).scalars())
 
-    def latest_end(self, before: datetime) -> datetime | None:
-        """Return when (UTC) the latest test `before` a time ended, None where there is none."""
-        query = select(func.max(MOTOR.c.ended)).where(MOTOR.c.ended <= before)
+    def ends(self) -> Iterator[datetime]:
+        """Give when (UTC) each test ended, in the order in which they were kept."""
+        query = select(MOTOR.c.ended).order_by(MOTOR.c.id)
         with self._engine.connect() as connection:
-            found = connection.execute(query).scalar()
-        return None if found is None else utc(found)
+            yield from map(utc, connection.execution_options(yield_per=5000).execute(query).scalars())
 
     def read(self, batch: str | None = None) -> Iterator[MotorRecord]:
         """Give the records in the order in which they were kept, a few at a time; what is added meanwhile may be among them."""
