@@ -13,7 +13,7 @@ from bench.cli.new_file import refuse_existing
 from bench.cli.output import print_json
 from bench.eol.archive.batch_archive import ArchiveSummary, restore_archive, runs_elsewhere, write_archive
 from bench.eol.line.batch_log import batch_uid, held_batch, is_measured, owns_record
-from bench.eol.store.database import open_database
+from bench.eol.store.database import open_database, open_for_reading
 from bench.eol.store.faults import StoreError
 from bench.eol.store.records import Records
 from bench.i18n.errors import InputError, at
@@ -56,7 +56,7 @@ def archive(
 
     """
     refuse_existing(out, force=force)
-    engine = open_database(records, existing=True)
+    engine = open_database(records, existing=True) if remove == "all" else open_for_reading(records)
     try:
         records_there = Records(engine)
         with held_batch(runs / batch) if remove is not None else nullcontext():

@@ -43,12 +43,12 @@ def retain(
 
     """
     from bench.eol.archive.retention import LOG, due, load_rule, remove
-    from bench.eol.store.database import open_database
+    from bench.eol.store.database import open_for_reading
     from bench.eol.store.records import Records
 
     read, now = load_rule(rule), datetime.now(UTC)
     counts, size, held_back = {"runs": 0, "waveforms": 0}, 0, set[Path]()
-    engine = open_database(records, existing=True)
+    engine = open_for_reading(records)
     try:
         for removal in due(Records(engine), read, runs, now, clock_is_right=clock_is_right):
             if removal.held_back:

@@ -227,5 +227,5 @@ def test_a_database_without_records_is_none(reference: str, capsys: pytest.Captu
     assert "there are no records here" in err
     assert called(capsys, "eol", "stats", "--records", reference)[0] == 2
     assert tables_of(reference) == {}
-    with pytest.raises(FileError, match=r"SQLite writes beside the file, even to read it: give a file in a folder"):
+    with pytest.raises(FileError, match=r"SQLite writes beside the file: give a file in a folder"):
         open_database("/nowhere/records.sqlite")
