@@ -1,9 +1,11 @@
 """Opening a database: SQLite's durability, and errors that say what to do."""
 
+import os
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from socket import gethostname
 from threading import Event
 from time import monotonic
 from typing import Any
@@ -100,9 +102,10 @@ def open_for_reading(reference: str) -> Engine:
         raise
 
 
-def migrate_database(reference: str) -> tuple[str, str]:
+def migrate_database(reference: str, tell: Callable[[Text], None] = lambda _: None) -> tuple[str, str]:
     """Bring a database's tables up to this program's version, all or nothing; return the versions before and after.
 
+    `tell` hears, from a thread, for whom it waits.
     Raises NoDatabaseError where there are no records; InputError as `open_database` does, and for tables of a newer version.
     """
     url = database_url(reference)
@@ -112,7 +115,7 @@ def migrate_database(reference: str) -> tuple[str, str]:
     with _explained(engine, url):
         if not has_tables(engine):
             raise _no_records(reference)
-        versions = upgrade_tables(engine, _named(url))
+        versions = upgrade_tables(engine, _named(url), tell)
     engine.dispose()
     return versions
 
@@ -206,6 +209,8 @@ def _arguments(url: URL) -> dict[str, Any]:
         return {"timeout": _PATIENCE, "check_same_thread": False}
     # A network that falls silent, or somebody who holds a table, is told of and not waited for without end.
     return {
+        # What a server's list of connections, and who waits for this one, name it by.
+        "application_name": f"motorbench ({gethostname()[:30]}, process {os.getpid()})",
         "connect_timeout": _PATIENCE,
         "keepalives_idle": 10,
         "keepalives_interval": 5,
