@@ -14,6 +14,8 @@ from bench.journal.disk import lock, sync_folder, write_all
 from drivers.interfaces.text import Text, reason_of, text
 
 FILE = "batch.jsonl"
+#: Where panels reach the line of a batch that goes on: one that they scan for, and one whose serial numbers come from elsewhere.
+ANNOUNCEMENTS = ("line.json", "watched-line.json")
 #: What must be the same for a batch to go on, and what it is called.
 _SAME = {
     "plan": text("the plan"),
@@ -181,6 +183,11 @@ def is_measured(folder: Path) -> bool:
             return False
     except InputError:
         return True
+
+
+def broken_off(folder: Path) -> bool:
+    """Tell whether a batch has no process and did not end itself: it left its announcement to panels behind."""
+    return any((folder / name).exists() for name in ANNOUNCEMENTS) and not is_measured(folder)
 
 
 def _lock(file: int, path: Path) -> None:
