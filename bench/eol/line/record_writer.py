@@ -54,6 +54,8 @@ class RecordWriter:
         self.records = Records(own)
         self._forwarding = ForwardingRecords(own, (lambda: open_database(server)) if server else None, spool)
         self._has_server = bool(server)
+        #: How many records waited for the server at the beginning.
+        self.waited = self._forwarding.waiting()
         self._left = Waiting()
         try:
             # What an earlier batch left there counts as measured.
@@ -115,7 +117,17 @@ class RecordWriter:
 
     def listen(self, listener: Callable[[Waiting], None]) -> None:
         """Call `listener` with what waits to be stored or forwarded, at each change, from any thread."""
-        self._forwarder.listen(listener)
+        troubled = False
+
+        def heard(waiting: Waiting) -> None:
+            nonlocal troubled
+            if troubled and not waiting.troubles:
+                # The server has taken records again: it can be asked for earlier tests, too.
+                self.register.ask_again()
+            troubled = bool(waiting.troubles)
+            listener(waiting)
+
+        self._forwarder.listen(heard)
 
     @property
     def left(self) -> Waiting:
@@ -168,6 +180,19 @@ def open_record_writer(reference: str, runs: Path) -> RecordWriter:
         ) from None
     own = str((runs / FILE).absolute())
     return RecordWriter(open_database(own), Spool(runs / FOLDER, own), reference)
+
+
+def forward_records(server: str, runs: Path) -> tuple[int, Waiting]:
+    """Forward the records of a folder of runs that wait for a server; return how many waited before, and what waits now.
+
+    Raises NoDatabaseError where the folder has no records.
+    """
+    own = str(runs / FILE)
+    with own_records(own):
+        writer = open_record_writer(server, runs)
+    waited = writer.waited
+    writer.close()
+    return waited, writer.left
 
 
 @contextmanager
