@@ -97,6 +97,12 @@ def _together(lines: Sequence[ScriptLine], translate: Translate) -> Iterator[str
         if line.kind == "action":
             yield from _asked(line)
             continue
+        if line.kind == "perhaps":
+            words = text(
+                "May be asked, as readings have it: connect and read once more {lines}", lines=", ".join(line.words)
+            )
+            yield f"☞ {words.render(translate)}"
+            continue
         if line.set_point is None:
             yield _said(line, translate)
             continue

@@ -74,7 +74,9 @@ class OperatorLine:
         return bool(self._listeners)
 
     def close(self) -> None:
-        """Stop listening and take the announcement back."""
+        """Take the announcement back and stop listening: who loses the connection and still finds it knows that it was cut off."""
+        if self._announced is not None:
+            self._announced.unlink(missing_ok=True)
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
@@ -82,8 +84,6 @@ class OperatorLine:
             listeners = list(self._listeners.values())
         for listener in listeners:
             listener.hang_up()
-        if self._announced is not None:
-            self._announced.unlink(missing_ok=True)
 
     def admit(self, listener: "_Listener", token: object) -> bool:
         """Take a listener in if its token is right."""

@@ -76,8 +76,8 @@ def build(panel: Panel, hosts: AllowedHosts) -> None:
         run_page(panel, _session(request), live)
 
     @page("/line")
-    async def line(request: Request) -> None:
-        line_page(panel, _session(request))
+    async def line(request: Request, batch: str = "") -> None:
+        line_page(panel, _session(request), batch)
 
     @page("/statistics")
     async def statistics(

@@ -11,14 +11,13 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from bench.eol.line.batch_log import ANNOUNCEMENTS
 from bench.i18n.errors import InputError
 from bench.operators.operator_channel import FILE
 from drivers.interfaces.text import text
 
-#: A batch's announcement, as `bench.eol.line.panel_channel` writes it.
-LINE = "line.json"
-#: The same of a batch that panels only watch.
-WATCHED_LINE = "watched-line.json"
+#: A batch's announcement, and that of a batch that panels only watch.
+LINE, WATCHED_LINE = ANNOUNCEMENTS
 
 #: How long (s) a run may take until it is reachable, instruments not included.
 _START_TIME = 30.0

@@ -67,11 +67,11 @@ def motors_of_bar(reference: str, selection: "Selection", bar: Bar, most: int) -
     """Return the serial numbers of a bar's motors, each once, or why they cannot be read. Takes its time: not for an event loop."""
     from sqlalchemy.exc import SQLAlchemyError
 
-    from bench.eol.store.database import NoDatabaseError, open_database
+    from bench.eol.store.database import NoDatabaseError, open_for_reading
     from bench.eol.store.motors import motors_by_figure, motors_not_passed
 
     try:
-        engine = open_database(reference, existing=True)
+        engine = open_for_reading(reference)
         try:
             with engine.connect() as connection:
                 if bar.failed_at:
@@ -96,10 +96,10 @@ def read_statistics(reference: str, choice: Choice) -> StatisticsView:
     # The database's library takes a second to load, which a panel without a line need not spend.
     from sqlalchemy.exc import SQLAlchemyError
 
-    from bench.eol.store.database import NoDatabaseError, open_database
+    from bench.eol.store.database import NoDatabaseError, open_for_reading
 
     try:
-        engine = open_database(reference, existing=True)
+        engine = open_for_reading(reference)
         try:
             return _read(engine, choice)
         finally:

@@ -87,11 +87,11 @@ def read_motor(reference: str, serial_number: str) -> MotorTests:
     from sqlalchemy.exc import SQLAlchemyError
 
     from bench.eol.line_statistics import parameter_labels
-    from bench.eol.store.database import NoDatabaseError, open_database
+    from bench.eol.store.database import NoDatabaseError, open_for_reading
     from bench.eol.store.records import Records
 
     try:
-        engine = open_database(reference, existing=True)
+        engine = open_for_reading(reference)
         try:
             tests = tuple(reversed(Records(engine).of_motor(serial_number)))
             labels = parameter_labels(engine)

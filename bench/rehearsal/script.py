@@ -11,7 +11,15 @@ from bench.safety.limits.bounds import Limit, SetPoint
 from drivers.interfaces import NotOfferedError, Role
 from drivers.interfaces.declarations import quantities
 from drivers.interfaces.text import Translate
-from procedures.core.events import ActionStarted, Event, StepFailed, StepFinished, StepStarted, UnknownAction
+from procedures.core.events import (
+    ActionStarted,
+    Event,
+    MayBeAsked,
+    StepFailed,
+    StepFinished,
+    StepStarted,
+    UnknownAction,
+)
 
 #: Errors that say that a limit would be passed.
 _REFUSALS = ("SetpointError: ", "LimitError: ")
@@ -25,7 +33,10 @@ Offered = Callable[[str, str], Sequence[float]]
 
 @dataclass(frozen=True)
 class ScriptLine:
-    """One thing that happens: `kind` is action, set point, on, off or setting; `times` counts it where it is repeated at once."""
+    """One thing that happens: `kind` is action, perhaps, set point, on, off or setting; `times` counts it where it is repeated at once.
+
+    `perhaps` names lines that hands may have to connect once more, as readings have it.
+    """
 
     kind: str
     instrument: str = ""
@@ -98,6 +109,8 @@ class Script:
         self._sentences: Mapping[str, str] = {}
         self._settings: Mapping[str, Any] = {}
         self._open: list[StepScript] = []
+        #: Whether readings decide what happens now: it has been said, and what the twin's led to is not listed.
+        self._perhaps = False
         self.procedures: list[ProcedureScript] = []
         #: The largest set point by instrument and parameter.
         self.highest: dict[tuple[str, str], SetPoint] = {}
@@ -111,6 +124,7 @@ class Script:
         match event:
             case ProcedureStarted():
                 self._sentences, self._settings = event.steps, event.settings
+                self._perhaps = False
                 self.procedures.append(ProcedureScript(event.procedure, event.section, self._now(), self._hand_time()))
             case ProcedureFinished():
                 self._end()
@@ -120,9 +134,14 @@ class Script:
             case StepStarted():
                 words = self._sentences.get(event.step, event.text)
                 self._open.append(StepScript(event.step, words, event.time))
-                self.procedures[-1].steps.append(self._open[-1])
+                if not self._perhaps:
+                    self.procedures[-1].steps.append(self._open[-1])
             case StepFinished() | StepFailed():
                 self._open.pop()
+            case MayBeAsked():
+                if event.lines:
+                    self._add(ScriptLine("perhaps", words=tuple(event.lines)))
+                self._perhaps = bool(event.lines)
             case ActionStarted():
                 self._add(ScriptLine("action", words=self._lines(event)))
             case SettingDone():
@@ -196,7 +215,7 @@ class Script:
     def _add(self, line: ScriptLine) -> None:
         # A block that was entered in one step may be left between two: that belongs to the one before.
         steps = self._open or (self.procedures[-1].steps if self.procedures else [])
-        if steps:
+        if steps and not self._perhaps:
             steps[-1].add(line)
 
 

@@ -104,6 +104,13 @@ class RepeatStarted(Event, kind="repeat"):
 
 
 @dataclass(frozen=True, kw_only=True)
+class MayBeAsked(Event, kind="may_be_asked"):
+    """From here on readings decide which of these lines (AB, BC, CA) hands connect once more; none ends it."""
+
+    lines: Sequence[str]
+
+
+@dataclass(frozen=True, kw_only=True)
 class RepeatsTaken(Event, kind="repeats_taken"):
     """Readings under one condition are complete: those taken (in `unit`), and those left out because they contradict the others."""
 

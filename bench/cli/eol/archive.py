@@ -3,6 +3,7 @@
 import shutil
 import sys
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,8 +12,8 @@ from cyclopts import Parameter
 from bench.cli.new_file import refuse_existing
 from bench.cli.output import print_json
 from bench.eol.archive.batch_archive import ArchiveSummary, restore_archive, runs_elsewhere, write_archive
-from bench.eol.line.batch_log import held_batch, is_measured
-from bench.eol.store.database import open_database
+from bench.eol.line.batch_log import batch_uid, held_batch, is_measured, owns_record
+from bench.eol.store.database import open_database, open_for_reading
 from bench.eol.store.faults import StoreError
 from bench.eol.store.records import Records
 from bench.i18n.errors import InputError, at
@@ -55,7 +56,7 @@ def archive(
 
     """
     refuse_existing(out, force=force)
-    engine = open_database(records, existing=True)
+    engine = open_database(records, existing=True) if remove == "all" else open_for_reading(records)
     try:
         records_there = Records(engine)
         with held_batch(runs / batch) if remove is not None else nullcontext():
@@ -135,6 +136,7 @@ def restore(
 
 
 def _remove(records: Records, batch: str, folder: Path, *, records_too: bool) -> None:
+    uid = batch_uid(folder)
     try:
         if folder.is_dir():
             shutil.rmtree(folder)
@@ -143,7 +145,7 @@ def _remove(records: Records, batch: str, folder: Path, *, records_too: bool) ->
             text("{folder}: the runs cannot be removed: {error}", folder=folder, error=reason_of(error))
         ) from None
     if records_too:
-        records.remove(batch)
+        records.remove(batch, partial(owns_record, uid))
 
 
 def _plain(file: Path, summary: ArchiveSummary) -> dict[str, object]:

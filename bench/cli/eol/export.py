@@ -41,12 +41,12 @@ def export(
         Print one JSON object and nothing else.
 
     """
-    from bench.eol.store.database import open_database
+    from bench.eol.store.database import open_for_reading
     from bench.eol.store.records import Records
 
     if out is None and (json or format_ == "parquet"):
         raise UsageError(text("--json and --format parquet go with --out FILE"))
-    engine = open_database(records, existing=True)
+    engine = open_for_reading(records)
     try:
         kept = Records(engine)
         there = kept.batches()

@@ -10,7 +10,7 @@ from bench.cli.eol.stats_json import studies_as_dict
 from bench.cli.output import print_json
 from bench.eol.gauge_studies import gauge_studies, linearity_studies, range_studies, type_one_studies
 from bench.eol.line_statistics import StatisticsRequest, parameter_labels
-from bench.eol.store.database import open_database
+from bench.eol.store.database import open_for_reading
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, text
 
@@ -56,7 +56,7 @@ def show_study(
             )
     elif known:
         raise UsageError(text("--reference goes with --study type-1 and --study linearity"))
-    engine = open_database(records, existing=True)
+    engine = open_for_reading(records)
     confidence = wanted.confidence
     try:
         labels = parameter_labels(engine)

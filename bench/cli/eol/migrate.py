@@ -1,5 +1,7 @@
 """`motorbench eol migrate`: a database's tables brought up to this program's version."""
 
+import sys
+
 from bench.cli.output import print_json
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text
@@ -24,7 +26,10 @@ def migrate(*, records: str = "records.sqlite", language: str = "auto", json: bo
     from bench.eol.store.respelling import respell
     from bench.eol.store.summing import sum_up
 
-    before, after = migrate_database(records)
+    translate = translator(language_of(language))
+    before, after = migrate_database(
+        records, lambda words: print(f"motorbench: {words.render(translate)}", file=sys.stderr, flush=True)
+    )
     engine = open_database(records, existing=True)
     try:
         respelled = respell(engine)
@@ -39,7 +44,6 @@ def migrate(*, records: str = "records.sqlite", language: str = "auto", json: bo
         if before == after
         else text("the tables now have version {after}; they had version {before}", before=before, after=after)
     )
-    translate = translator(language_of(language))
     print(message.render(translate))
     if respelled:
         words = text(

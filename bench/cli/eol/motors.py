@@ -67,7 +67,7 @@ def motors(
     if not 1 <= most <= 100_000:
         raise UsageError(text("--most {most}: 1 to 100000 is allowed", most=most))
     from bench.eol.line_statistics import known_names
-    from bench.eol.store.database import open_database
+    from bench.eol.store.database import open_for_reading
     from bench.eol.store.insertion import settled
     from bench.eol.store.motors import (
         check_measured,
@@ -78,7 +78,7 @@ def motors(
     from bench.eol.store.selection import choose, golden_motors
 
     translate = translator(language_of(language))
-    engine = open_database(records, existing=True)
+    engine = open_for_reading(records)
     try:
         with settled(engine) as connection:
             if serial:

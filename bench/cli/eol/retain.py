@@ -35,25 +35,25 @@ def retain(
     dry_run
         Only tell what would be removed.
     clock_is_right
-        Remove also where the latest motor was tested more than 30 days ago by this computer's clock.
+        Count the days by this computer's clock, also those of a standstill: of more than four days without a motor.
     language
         en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
 
     """
-    from bench.eol.archive.retention import LOG, check_clock, due, load_rule, remove
-    from bench.eol.store.database import open_database
+    from bench.eol.archive.retention import LOG, due, load_rule, remove
+    from bench.eol.store.database import open_for_reading
     from bench.eol.store.records import Records
 
     read, now = load_rule(rule), datetime.now(UTC)
-    counts, size = {"runs": 0, "waveforms": 0}, 0
-    engine = open_database(records, existing=True)
+    counts, size, held_back = {"runs": 0, "waveforms": 0}, 0, set[Path]()
+    engine = open_for_reading(records)
     try:
-        kept = Records(engine)
-        for removal in due(kept, read, runs, now):
-            if not clock_is_right:
-                check_clock(kept, now)
+        for removal in due(Records(engine), read, runs, now, clock_is_right=clock_is_right):
+            if removal.held_back:
+                held_back.add(removal.folder)
+                continue
             if not dry_run:
                 remove(removal, runs / LOG, person)
             counts[removal.what] += 1
@@ -61,7 +61,7 @@ def retain(
     finally:
         engine.dispose()
     if json:
-        print_json({**counts, "size": size, "removed": not dry_run})
+        print_json({**counts, "size": size, "held_back": len(held_back), "removed": not dry_run})
         return
     words = (
         text(
@@ -74,4 +74,12 @@ def retain(
             "removed: runs: {runs}, waveforms of other runs: {waveforms}; {size:.1f} MB", size=size / 1e6, **counts
         )
     )
-    print(words.render(translator(language_of(language))))
+    translate = translator(language_of(language))
+    print(words.render(translate))
+    if held_back:
+        words = text(
+            "kept, although old by this computer's clock, because the line stood still meanwhile or the clock was set: {count}. If it "
+            "stood still, --clock-is-right removes them too",
+            count=len(held_back),
+        )
+        print(words.render(translate))

@@ -129,7 +129,9 @@ def run(
     if counts.waits.anything:
         for sentence in (
             *counts.waits.sentences(),
-            text("waiting records are forwarded with the next batch in this folder of runs"),
+            text(
+                "waiting records are forwarded with the next batch in this folder of runs, or by motorbench eol forward"
+            ),
         ):
             print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
     for note in counts.undecidable:

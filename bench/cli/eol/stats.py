@@ -96,10 +96,10 @@ def stats(
     from bench.cli.eol.stats_json import statistics_as_dict
     from bench.cli.eol.stats_output import print_statistics
     from bench.eol.line_statistics import line_statistics, parameter_labels
-    from bench.eol.store.database import open_database
+    from bench.eol.store.database import open_for_reading
     from bench.eol.store.selection import check_tested
 
-    engine = open_database(records, existing=True)
+    engine = open_for_reading(records)
     try:
         found, labels = line_statistics(engine, wanted), parameter_labels(engine)
         with engine.connect() as connection:

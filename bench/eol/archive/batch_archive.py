@@ -16,6 +16,7 @@ from typing import IO, Any
 from sqlalchemy import Engine
 
 from bench.eol.archive.run_among import run_among
+from bench.eol.line.batch_log import batch_uid, owns_record
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan, keep_plan, plans_of
 from bench.eol.store.records import Records
@@ -43,9 +44,16 @@ class ArchiveSummary:
     size: int
 
 
+def own_records_of(records: Records, batch: str, runs: Path) -> Iterator[MotorRecord]:
+    """Give the records of the batch that is among these runs; where it is not, those of every batch of its name."""
+    uid = batch_uid(runs / batch)
+    return (record for record in records.read(batch) if owns_record(uid, record.number, record.identifier))
+
+
 def runs_elsewhere(records: Records, batch: str, runs: Path) -> int:
     """Return of how many motors of a batch the run's folder is not among these runs, although they have one."""
-    return sum(bool(record.run) and not run_among(runs, record).is_dir() for record in records.read(batch))
+    own = own_records_of(records, batch, runs)
+    return sum(bool(record.run) and not run_among(runs, record).is_dir() for record in own)
 
 
 def write_archive(engine: Engine, batch: str, runs: Path, out: Path) -> ArchiveSummary:
@@ -58,13 +66,22 @@ def write_archive(engine: Engine, batch: str, runs: Path, out: Path) -> ArchiveS
         raise InputError(
             text("no batch is named {name!r}; the batches are: {names}", name=batch, names=records.batches()[:20])
         )
+    if not any(own_records_of(records, batch, runs)):
+        raise InputError(
+            text(
+                "{folder}: the records of the name {name} are all of another batch, whose runs are not here; name its folder of runs "
+                "(--runs)",
+                folder=runs / batch,
+                name=batch,
+            )
+        )
     part = out.with_name(f".{out.name}.part")
     try:
         with tarfile.open(part, "w:gz", compresslevel=6) as tar:
             digests: dict[str, str] = {}
             motors = 0
             with TemporaryFile(dir=part.parent) as lines:
-                for record in records.read(batch):
+                for record in own_records_of(records, batch, runs):
                     lines.write(to_bytes(dumps(record_content(record))) + b"\n")
                     motors += 1
                 _add(tar, digests, _RECORDS, lines)

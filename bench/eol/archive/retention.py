@@ -7,13 +7,14 @@ import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from pydantic import Field
 
 from bench.eol.archive.run_among import run_among
-from bench.eol.line.batch_log import batch_uid, record_identifier
+from bench.eol.line.batch_log import batch_uid, owns_record
 from bench.eol.record import MotorRecord
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
@@ -25,8 +26,9 @@ from drivers.interfaces.text import reason_of, text
 
 #: The log among the runs.
 LOG = "retention.jsonl"
-#: A line stands still for so long; where it seems longer, the computer's clock may be ahead.
-_STANDSTILL = timedelta(days=30)
+#: From one record to the next, and from the last to now, at most so much counts: a long weekend. More is a line that stood still, or
+#: a clock that was set.
+_STANDSTILL = timedelta(days=4)
 _WAVEFORMS = "waveforms"
 
 
@@ -62,13 +64,17 @@ class RetentionRule(Section):
 
 @dataclass(frozen=True)
 class Removal:
-    """Removal of one motor's run: `runs` for the whole folder, or `waveforms`; its size (bytes), and after how many days."""
+    """Removal of one motor's run: `runs` for the whole folder, or `waveforms`; its size (bytes), and after how many days.
+
+    It is `held_back` where so many days have passed by this computer's clock alone.
+    """
 
     record: MotorRecord
     folder: Path
     what: str
     size: int
     days: float
+    held_back: bool
 
 
 def load_rule(path: Path) -> RetentionRule:
@@ -76,39 +82,54 @@ def load_rule(path: Path) -> RetentionRule:
     return validate(RetentionRule, read(path, text("retention rule"))[1], str(path))
 
 
-def check_clock(records: Records, now: datetime) -> None:
-    """Raise InputError where the latest motor is so old that the clock may be ahead: all runs would seem to be old."""
-    latest = records.latest_end(now)
-    if latest is not None and now - latest > _STANDSTILL:
-        raise InputError(
-            text(
-                "this computer's clock says {now}, and the latest motor was tested on {latest}. If the clock is ahead, runs would be "
-                "removed too early: nothing was removed. If the line has stood still since then, give --clock-is-right",
-                now=now.astimezone().strftime("%Y-%m-%d %H:%M"),
-                latest=latest.astimezone().strftime("%Y-%m-%d %H:%M"),
-            )
-        )
+class _LineTime:
+    """The time of a line as its records tell it, in the order in which they were kept: the latest so far, and how long it has worked.
+
+    A record that is earlier than one before it counts as of that time, for the clock may have been behind; one that is later than
+    `now` does not count.
+    """
+
+    def __init__(self, now: datetime) -> None:
+        self._now = now
+        self.latest: datetime | None = None
+        self.worked = timedelta()
+
+    def reach(self, time: datetime) -> None:
+        """Go on to a record's time."""
+        if time <= self._now and (self.latest is None or time > self.latest):
+            self.worked += min(time - (self.latest or time), _STANDSTILL)
+            self.latest = time
 
 
-def due(records: Records, rule: RetentionRule, runs: Path, now: datetime) -> Iterator[Removal]:
-    """Give what the rule has removed now, the oldest records first; only folders among the `runs` are touched."""
+def due(
+    records: Records, rule: RetentionRule, runs: Path, now: datetime, *, clock_is_right: bool = False
+) -> Iterator[Removal]:
+    """Give what the rule has removed now, in the order in which it was kept; only folders among the `runs` are touched.
+
+    What is old by this computer's clock alone is held back unless the `clock_is_right`.
+    """
     uids: dict[str, str | None] = {}
+    whole, line = _LineTime(now), _LineTime(now)
+    for ended in chain(records.ends(), (now,)):
+        whole.reach(ended)
     for record in records.read():
+        line.reach(record.ended)
+        by_clock, age = now - (line.latest or now), whole.worked - line.worked
         folder = run_among(runs, record) if record.run else None
         if folder is None or not folder.is_dir() or not folder.resolve().is_relative_to(runs.resolve()):
             continue
         if record.batch not in uids:
             uids[record.batch] = batch_uid(runs / record.batch)
-        uid = uids[record.batch]
         # A server has other stations' records, whose batches may have the same name.
-        if uid is not None and record.identifier != record_identifier(uid, record.number):
+        if not owns_record(uids[record.batch], record.number, record.identifier):
             continue
-        age = now - record.ended
         for what, days in (("runs", rule.runs.of(record.verdict)), (_WAVEFORMS, rule.waveforms.of(record.verdict))):
             place = folder if what == "runs" else folder / _WAVEFORMS
-            if days is not None and age >= timedelta(days=days) and place.is_dir():
-                yield Removal(record, folder, what, _size(place), days)
-                break
+            if days is not None and by_clock >= timedelta(days=days) and place.is_dir():
+                held_back = not clock_is_right and age < timedelta(days=days)
+                yield Removal(record, folder, what, _size(place), days, held_back)
+                if not held_back:
+                    break
 
 
 def remove(removal: Removal, log: Path, person: str) -> None:

@@ -42,6 +42,7 @@ from bench.eol.plans_beside import check_serial
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan
 from bench.eol.store.faults import StoreError
+from bench.eol.store.records import BatchResult
 from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import UsageError
@@ -237,8 +238,10 @@ def _admission(
                 run=other.run or "–",
             )
         )
-    finished = writer.verdicts(log.name) if log.resumed and serials.listed else {}
-    cut_off, last = _begun_before(log, writer) if log.resumed else ([], log.last)
+    # Another batch of this name may have its records in the same file.
+    own = [each for each in writer.results(log.name) if log.owns(each.number, each.identifier)] if log.resumed else []
+    verdicts = {each.serial_number: each.verdict for each in own}
+    cut_off, last = _begun_before(log, own)
     return Admission(
         serials,
         cut_off,
@@ -247,7 +250,7 @@ def _admission(
             plan, prepared.limits, [socket.name for socket in line.sockets], writer.golden_tests(plan.name, line.name)
         ),
         last=last,
-        finished=[serial for serial, verdict in finished.items() if verdict in (Verdict.PASS, Verdict.FAIL)],
+        finished=[serial for serial, verdict in verdicts.items() if verdict in (Verdict.PASS, Verdict.FAIL)],
         golden_by_itself=line.is_virtual and serials.listed,
         waiting=lambda: warm_up.waits and not request.warm,
         refused=CalibrationWatch(line, prepared.roles, listener.noted, listener.trouble).refused,
@@ -282,21 +285,14 @@ def _ordered(plan: Plan, writer: RecordWriter) -> Sequence[PlannedCheck]:
     return by_time_over_failures(plan.checks, writer.experience(plan.name))
 
 
-def _begun_before(log: BatchLog, writer: RecordWriter) -> tuple[list[BatchMotor], int]:
+def _begun_before(log: BatchLog, own: Sequence[BatchResult]) -> tuple[list[BatchMotor], int]:
     """Return the motors that were begun and have no record, each once, and the highest number that a motor has.
 
-    A power cut may take the log's last lines and leave the records of their motors. Another station's batch of this name may have
-    its records in the same file.
+    A power cut may take the log's last lines and leave the records of their motors.
     """
-    kept, last = bytearray(log.last + 1), log.last
-    for number, identifier in writer.numbers(log.name):
-        if identifier != log.identifier(number):
-            continue
-        if number <= log.last:
-            kept[number] = 1
-        last = max(last, number)
-    cut_off = {motor.number: motor for motor in log.begun() if not kept[motor.number]}
-    return list(cut_off.values()), last
+    kept = {result.number for result in own}
+    cut_off = {motor.number: motor for motor in log.begun() if motor.number not in kept}
+    return list(cut_off.values()), max(log.last, *kept) if kept else log.last
 
 
 class _Counting(BatchListener):

@@ -14,6 +14,8 @@ from bench.journal.disk import lock, sync_folder, write_all
 from drivers.interfaces.text import Text, reason_of, text
 
 FILE = "batch.jsonl"
+#: Where panels reach the line of a batch that goes on: one that they scan for, and one whose serial numbers come from elsewhere.
+ANNOUNCEMENTS = ("line.json", "watched-line.json")
 #: What must be the same for a batch to go on, and what it is called.
 _SAME = {
     "plan": text("the plan"),
@@ -109,6 +111,10 @@ class BatchLog:
         """Return what the record of the batch's motor of this number is identified by, for ever."""
         return record_identifier(self.uid, number)
 
+    def owns(self, number: int, identifier: str) -> bool:
+        """Tell whether a record of this number and identifier is of this batch, and not of another one of its name."""
+        return owns_record(self.uid, number, identifier)
+
     def close(self) -> None:
         """Close the file."""
         if self._file >= 0:
@@ -179,6 +185,11 @@ def is_measured(folder: Path) -> bool:
         return True
 
 
+def broken_off(folder: Path) -> bool:
+    """Tell whether a batch has no process and did not end itself: it left its announcement to panels behind."""
+    return any((folder / name).exists() for name in ANNOUNCEMENTS) and not is_measured(folder)
+
+
 def _lock(file: int, path: Path) -> None:
     if not lock(file):
         raise InputError(
@@ -201,6 +212,11 @@ def batch_uid(folder: Path) -> str | None:
 def record_identifier(uid: str, number: int) -> str:
     """Return the identifier of a motor's record, the same for the same motor of the same batch."""
     return str(uuid.uuid5(uuid.UUID(uid), str(number)))
+
+
+def owns_record(uid: str | None, number: int, identifier: str) -> bool:
+    """Tell whether a record is of the batch of a `uid`, and not of another one of its name; without a `uid` of any of that name."""
+    return uid is None or identifier == record_identifier(uid, number)
 
 
 def _entry(line: bytes) -> dict[str, Any]:

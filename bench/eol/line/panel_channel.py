@@ -11,7 +11,7 @@ from typing import Any
 from bench.eol.line.admission.next_motor import RefusedSerial
 from bench.eol.line.admission.serial_numbers import QueuedSerials
 from bench.eol.line.batch_listener import BatchListener
-from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.batch_log import ANNOUNCEMENTS, BatchMotor
 from bench.eol.line.brakes import AppliedBrake
 from bench.eol.line.tile_figures import tile_figures
 from bench.eol.motor_yield import MotorYield
@@ -23,10 +23,8 @@ from bench.journal.stored_result import store_text
 from bench.operators.operator_channel import OperatorLine
 from drivers.interfaces.text import Text, text
 
-#: The file in a batch's folder that says where panels reach its line.
-FILE = "line.json"
-#: The same of a line whose serial numbers come from elsewhere.
-WATCHED = "watched-line.json"
+#: The files in a batch's folder that say where panels reach its line, and one whose serial numbers come from elsewhere.
+FILE, WATCHED = ANNOUNCEMENTS
 #: Serial numbers that wait for a socket, at most: what is scanned beyond them is refused.
 _WAITING = 100
 #: Motors that the pace is of, and one.
@@ -96,7 +94,10 @@ class PanelChannel(BatchListener):
         Raises OSError.
         """
         self._stop, self._permit = stop, permit
-        self._line.announce(folder, FILE if self._serials is not None else WATCHED)
+        mine, other = (FILE, WATCHED) if self._serials is not None else (WATCHED, FILE)
+        self._line.announce(folder, mine)
+        # The batch may have been broken off when its serial numbers came from elsewhere.
+        (folder / other).unlink(missing_ok=True)
 
     def close(self) -> None:
         """Close the connections and withdraw the announcement."""

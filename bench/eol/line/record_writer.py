@@ -14,17 +14,16 @@ from bench.eol.line.admission.serial_register import SerialRegister
 from bench.eol.line.stop_request import StopRequest
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan, keep_plan
-from bench.eol.store.database import database_url, open_database
+from bench.eol.store.database import database_url, open_database, open_for_reading
 from bench.eol.store.faults import FAULTS, StoreError, fault_of
 from bench.eol.store.forwarder import Forwarder
 from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.golden_tests import GoldenTests, last_test_ended
 from bench.eol.store.insertion import settle
 from bench.eol.store.namesakes import Namesake, namesake
-from bench.eol.store.records import Records
+from bench.eol.store.records import BatchResult, Records
 from bench.eol.store.spool import FOLDER, Spool
 from bench.eol.store.waiting import Waiting
-from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, reason_of, text, text_of
 
@@ -55,6 +54,8 @@ class RecordWriter:
         self.records = Records(own)
         self._forwarding = ForwardingRecords(own, (lambda: open_database(server)) if server else None, spool)
         self._has_server = bool(server)
+        #: How many records waited for the server at the beginning.
+        self.waited = self._forwarding.waiting()
         self._left = Waiting()
         try:
             # What an earlier batch left there counts as measured.
@@ -82,17 +83,13 @@ class RecordWriter:
         except FAULTS as error:
             raise fault_of(error) from error
 
-    def verdicts(self, batch: str) -> dict[str, Verdict]:
-        """Return the last verdict on each serial number of a batch. Raises StoreError where that cannot be looked up."""
+    def results(self, batch: str) -> Iterator[BatchResult]:
+        """Give the result of each test in the batches of a name. Raises StoreError where that cannot be looked up."""
         with _reading():
-            verdicts = self.records.verdicts(batch)
-            return verdicts | {each.serial_number: each.verdict for each in self._spooled() if each.batch == batch}
-
-    def numbers(self, batch: str) -> Iterator[tuple[int, str]]:
-        """Give number and identifier of each record of the batches of a name. Raises StoreError where that cannot be looked up."""
-        with _reading():
-            yield from self.records.numbers(batch)
-            yield from ((record.number, record.identifier) for record in self._spooled() if record.batch == batch)
+            yield from self.records.results(batch)
+            for each in self._spooled():
+                if each.batch == batch:
+                    yield BatchResult(each.identifier, each.number, each.serial_number, each.verdict)
 
     def experience(self, plan: str) -> dict[str, tuple[int, int, float]]:
         """Return what `Records.experience` does. Raises StoreError where that cannot be looked up."""
@@ -120,7 +117,17 @@ class RecordWriter:
 
     def listen(self, listener: Callable[[Waiting], None]) -> None:
         """Call `listener` with what waits to be stored or forwarded, at each change, from any thread."""
-        self._forwarder.listen(listener)
+        troubled = False
+
+        def heard(waiting: Waiting) -> None:
+            nonlocal troubled
+            if troubled and not waiting.troubles:
+                # The server has taken records again: it can be asked for earlier tests, too.
+                self.register.ask_again()
+            troubled = bool(waiting.troubles)
+            listener(waiting)
+
+        self._forwarder.listen(heard)
 
     @property
     def left(self) -> Waiting:
@@ -175,10 +182,23 @@ def open_record_writer(reference: str, runs: Path) -> RecordWriter:
     return RecordWriter(open_database(own), Spool(runs / FOLDER, own), reference)
 
 
+def forward_records(server: str, runs: Path) -> tuple[int, Waiting]:
+    """Forward the records of a folder of runs that wait for a server; return how many waited before, and what waits now.
+
+    Raises NoDatabaseError where the folder has no records.
+    """
+    own = str(runs / FILE)
+    with own_records(own):
+        writer = open_record_writer(server, runs)
+    waited = writer.waited
+    writer.close()
+    return waited, writer.left
+
+
 @contextmanager
 def own_records(reference: str) -> Iterator[Records]:
     """Give the records of a database as `open_record_writer` takes it. Raises NoDatabaseError where there are none."""
-    engine = open_database(reference, existing=True)
+    engine = open_for_reading(reference)
     try:
         yield Records(engine)
     finally:

@@ -1,16 +1,20 @@
 """Opening a database: SQLite's durability, and errors that say what to do."""
 
+import os
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from socket import gethostname
 from threading import Event
 from time import monotonic
 from typing import Any
+from urllib.parse import quote
 
-from sqlalchemy import URL, Engine, create_engine, event, make_url
+from sqlalchemy import URL, Engine, column, create_engine, event, false, make_url, select, table, union_all
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
+from bench.eol.store.schema import FRESH_FIGURE
 from bench.eol.store.table_versions import check_version, has_tables, make_tables, upgrade_tables
 from bench.i18n.errors import FileError, InputError, at
 from drivers.interfaces.text import Text, text, text_of
@@ -25,6 +29,10 @@ _HELD = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 class NoDatabaseError(FileError):
     """The file that should hold the records is not there."""
+
+
+class NotWritableError(FileError):
+    """A file cannot be written, or nothing in its folder."""
 
 
 def database_url(reference: str) -> URL:
@@ -70,9 +78,34 @@ def open_database(reference: str, *, existing: bool = False) -> Engine:
     return engine
 
 
-def migrate_database(reference: str) -> tuple[str, str]:
+def open_for_reading(reference: str) -> Engine:
+    """Return the database of records that are only read: their file and its folder may be write-protected.
+
+    Raises as `open_database`.
+    """
+    try:
+        return open_database(reference, existing=True)
+    except NotWritableError:
+        url = database_url(reference)
+        write_ahead = Path(f"{url.database}-wal")
+        # SQLite reads beside a writer where that has its files there; without them nobody writes, or the medium cannot be written.
+        for mode in ("mode=ro", "mode=ro&immutable=1"):
+            engine = _engine(url, mode)
+            try:
+                if has_tables(engine):
+                    check_version(engine, _named(url))
+                    return engine
+            except DBAPIError:
+                if write_ahead.is_file() and write_ahead.stat().st_size:
+                    break
+            engine.dispose()
+        raise
+
+
+def migrate_database(reference: str, tell: Callable[[Text], None] = lambda _: None) -> tuple[str, str]:
     """Bring a database's tables up to this program's version, all or nothing; return the versions before and after.
 
+    `tell` hears, from a thread, for whom it waits.
     Raises NoDatabaseError where there are no records; InputError as `open_database` does, and for tables of a newer version.
     """
     url = database_url(reference)
@@ -82,7 +115,7 @@ def migrate_database(reference: str) -> tuple[str, str]:
     with _explained(engine, url):
         if not has_tables(engine):
             raise _no_records(reference)
-        versions = upgrade_tables(engine, _named(url))
+        versions = upgrade_tables(engine, _named(url), tell)
     engine.dispose()
     return versions
 
@@ -96,9 +129,16 @@ def _no_records(reference: str) -> NoDatabaseError:
     )
 
 
-def _engine(url: URL) -> Engine:
+def _engine(url: URL, read_only: str = "") -> Engine:
+    """Return an engine; `read_only` says how SQLite opens a file that cannot be written."""
+    arguments = _arguments(url)
+    if read_only:
+        file = f"file:{quote(str(url.database))}?{read_only}"
+        engine = create_engine(url, creator=lambda: sqlite3.connect(file, uri=True, **arguments))
+        event.listen(engine, "connect", _readable)
+        return engine
     try:
-        engine = create_engine(url, pool_pre_ping=url.get_backend_name() != "sqlite", connect_args=_arguments(url))
+        engine = create_engine(url, pool_pre_ping=url.get_backend_name() != "sqlite", connect_args=arguments)
     except NoSuchModuleError as error:
         raise InputError(at(_named(url), text_of(error))) from None
     if url.get_backend_name() == "sqlite":
@@ -123,11 +163,11 @@ def _explained(engine: Engine, url: URL) -> Iterator[None]:
         raise
 
 
-def _not_writable(url: URL, error: DBAPIError) -> FileError:
-    return FileError(
+def _not_writable(url: URL, error: DBAPIError) -> NotWritableError:
+    return NotWritableError(
         text(
-            "{named}: {reason}. SQLite writes beside the file, even to read it: give a file in a folder that exists and that you may "
-            "write to, or copy the file to one",
+            "{named}: {reason}. SQLite writes beside the file: give a file in a folder that exists and that you may write to, or copy the "
+            "file to one, and with it the files -wal and -shm if they are there",
             named=_named(url),
             reason=reason(error),
         )
@@ -169,6 +209,8 @@ def _arguments(url: URL) -> dict[str, Any]:
         return {"timeout": _PATIENCE, "check_same_thread": False}
     # A network that falls silent, or somebody who holds a table, is told of and not waited for without end.
     return {
+        # What a server's list of connections, and who waits for this one, name it by.
+        "application_name": f"motorbench ({gethostname()[:30]}, process {os.getpid()})",
         "connect_timeout": _PATIENCE,
         "keepalives_idle": 10,
         "keepalives_interval": 5,
@@ -176,6 +218,23 @@ def _arguments(url: URL) -> dict[str, Any]:
         "tcp_user_timeout": 20_000,
         "options": "-c lock_timeout=15s",
     }
+
+
+def _readable(connection: sqlite3.Connection, _record: Any) -> None:
+    """Have the figures of the latest motors, which cannot be put into their table, seen there."""
+    try:
+        connection.execute("PRAGMA temp_store = MEMORY")
+        if connection.execute("SELECT 1 FROM main.sqlite_master WHERE name = 'fresh_figure'").fetchone():
+            # Names of the connection's own come before the file's.
+            columns = [column(each.name, each.type) for each in FRESH_FIGURE.columns]
+            both = (select(*columns).select_from(table(name, schema="main")) for name in ("figure", "fresh_figure"))
+            connection.execute(f"CREATE TEMP VIEW figure AS {union_all(*both)}")
+            nothing = select(*columns).select_from(table("fresh_figure", schema="main")).where(false())
+            connection.execute(f"CREATE TEMP TABLE fresh_figure AS {nothing}")
+            connection.commit()
+    except BaseException:
+        connection.close()
+        raise
 
 
 def _durable(connection: sqlite3.Connection, _record: Any) -> None:

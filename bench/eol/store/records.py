@@ -1,7 +1,8 @@
 """Records in a database: each saved whole or not at all, and never twice."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
@@ -18,6 +19,16 @@ from bench.eol.verdict import Verdict
 #: Records read in one go.
 _AT_ONCE = 500
 _PLAIN = tuple(column.name for column in MOTOR.columns if column.name not in ("id", "verdict", "started", "ended"))
+
+
+@dataclass(frozen=True)
+class BatchResult:
+    """The verdict of a batch's motor. Several batches may have one name: the identifier tells whose it is."""
+
+    identifier: str
+    number: int
+    serial_number: str
+    verdict: Verdict
 
 
 class Records:
@@ -50,19 +61,13 @@ class Records:
         with self._engine.connect() as connection:
             return set(connection.execute(select(MOTOR.c.serial_number).where(MOTOR.c.batch == batch)).scalars())
 
-    def verdicts(self, batch: str) -> dict[str, Verdict]:
-        """Return the verdict of the last test of each serial number in a batch."""
-        query = select(MOTOR.c.serial_number, MOTOR.c.verdict).where(MOTOR.c.batch == batch).order_by(MOTOR.c.id)
+    def results(self, batch: str) -> Iterator[BatchResult]:
+        """Give the result of each test in the batches of a name, in the order in which they were kept."""
+        columns = (MOTOR.c.identifier, MOTOR.c.number, MOTOR.c.serial_number, MOTOR.c.verdict)
+        query = select(*columns).where(MOTOR.c.batch == batch).order_by(MOTOR.c.id)
         with self._engine.connect() as connection:
-            rows = connection.execution_options(yield_per=5000).execute(query)
-            return {row.serial_number: Verdict(row.verdict) for row in rows}
-
-    def numbers(self, batch: str) -> Iterator[tuple[int, str]]:
-        """Give number and identifier of each record of the batches of a name."""
-        query = select(MOTOR.c.number, MOTOR.c.identifier).where(MOTOR.c.batch == batch)
-        with self._engine.connect() as connection:
-            rows = connection.execution_options(yield_per=5000).execute(query)
-            yield from ((row.number, row.identifier) for row in rows)
+            for row in connection.execution_options(yield_per=5000).execute(query):
+                yield BatchResult(row.identifier, row.number, row.serial_number, Verdict(row.verdict))
 
     def experience(self, plan: str) -> dict[str, tuple[int, int, float]]:
         """Return of each procedure of a plan how many attempts were made, how many did not pass, and their mean time (s)."""
@@ -101,12 +106,11 @@ class Records:
         with self._engine.connect() as connection:
             return list(connection.execute(query).scalars())
 
-    def latest_end(self, before: datetime) -> datetime | None:
-        """Return when (UTC) the latest test `before` a time ended, None where there is none."""
-        query = select(func.max(MOTOR.c.ended)).where(MOTOR.c.ended <= before)
+    def ends(self) -> Iterator[datetime]:
+        """Give when (UTC) each test ended, in the order in which they were kept."""
+        query = select(MOTOR.c.ended).order_by(MOTOR.c.id)
         with self._engine.connect() as connection:
-            found = connection.execute(query).scalar()
-        return None if found is None else utc(found)
+            yield from map(utc, connection.execution_options(yield_per=5000).execute(query).scalars())
 
     def read(self, batch: str | None = None) -> Iterator[MotorRecord]:
         """Give the records in the order in which they were kept, a few at a time; what is added meanwhile may be among them."""
@@ -123,14 +127,23 @@ class Records:
                 return
             last = rows[-1]["id"]
 
-    def remove(self, batch: str) -> int:
-        """Remove a batch's records, its plan and what was summed up of them; return how many. Raises StoreError."""
+    def remove(self, batch: str, is_own: Callable[[int, str], bool] = lambda *_: True) -> int:
+        """Remove the records of the batches of a name, those that `is_own` tells by number and identifier; return how many.
+
+        The plan goes with the last batch of the name. Raises StoreError.
+        """
         try:
             settle(self._engine)
             with self._engine.begin() as connection:
-                forget_plans(connection, batch)
-                # A trigger of the tables forgets what was summed up.
-                return connection.execute(delete(MOTOR).where(MOTOR.c.batch == batch)).rowcount
+                named = select(MOTOR.c.id, MOTOR.c.number, MOTOR.c.identifier).where(MOTOR.c.batch == batch)
+                rows = connection.execute(named).all()
+                keys = [row.id for row in rows if is_own(row.number, row.identifier)]
+                for first in range(0, len(keys), _AT_ONCE):
+                    # A trigger of the tables forgets what was summed up.
+                    connection.execute(delete(MOTOR).where(MOTOR.c.id.in_(keys[first : first + _AT_ONCE])))
+                if len(keys) == len(rows):
+                    forget_plans(connection, batch)
+                return len(keys)
         except FAULTS as error:
             raise fault_of(error) from error
 

@@ -1,5 +1,6 @@
 """The tables' version: which this program works with, and what brings older ones up."""
 
+from collections.abc import Callable
 from importlib import resources
 
 from alembic import command
@@ -8,9 +9,10 @@ from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, Engine, inspect, select
 
+from bench.eol.store.lock_holders import told_who_holds
 from bench.eol.store.schema import COMPATIBILITY, MOTOR
 from bench.i18n.errors import InputError
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 
 #: How long (s) one waits for another that makes the tables or brings them up.
 _UPGRADE = 60
@@ -57,10 +59,13 @@ def check_version(engine: Engine, named: str) -> None:
     raise _newer(named, found, max(known))
 
 
-def upgrade_tables(engine: Engine, named: str) -> tuple[str, str]:
-    """Bring older tables up, in one transaction; return the versions before and after. Raises InputError for newer ones."""
+def upgrade_tables(engine: Engine, named: str, tell: Callable[[Text], None]) -> tuple[str, str]:
+    """Bring older tables up, in one transaction; return the versions before and after. Raises InputError for newer ones.
+
+    `tell` hears, from a thread, for whom it waits.
+    """
     config, known = _scripts()
-    with engine.begin() as connection:
+    with engine.begin() as connection, told_who_holds(connection, _UPGRADE, tell):
         _lock_tables(connection)
         found = _version(connection)
         if found is not None and found not in known:

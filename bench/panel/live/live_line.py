@@ -7,7 +7,6 @@ from typing import Any
 
 from bench.panel.launch import LINE, WATCHED_LINE
 from bench.panel.live.run_line import RunLine
-from drivers.interfaces.text import Text, text
 
 #: How often (s) a line without a batch is looked at.
 _LOOK = 1.0
@@ -21,6 +20,11 @@ class BatchLine(RunLine):
         self.announced = announced
         self.state: Mapping[str, Any] | None = None
 
+    @property
+    def broken_off(self) -> bool:
+        """Whether it has ended without an end of its own: whoever ends takes the announcement back."""
+        return not self.alive and (self.folder / self.announced).exists()
+
     def take(self, message: Mapping[str, Any]) -> bool:
         """Take in how the line stands."""
         if "line" not in message:
@@ -31,65 +35,59 @@ class BatchLine(RunLine):
 
 
 class LiveLine:
-    """Follows the batch among the runs that goes on; pages read `state` and look at `changes`."""
+    """Follows the batches among the runs that go on; a page shows one of them."""
 
     def __init__(self, runs: Path) -> None:
         self._runs = runs
-        self._batch: BatchLine | None = None
-        self._before = 0
+        #: Those that go on, and of those that have ended the latest.
+        self._batches: dict[str, BatchLine] = {}
         self._task: asyncio.Task[None] | None = None
 
     @property
-    def changes(self) -> int:
-        """A number that grows whenever there is something new to be seen."""
-        return self._before + (self._batch.changes if self._batch else 0)
+    def running(self) -> list[BatchLine]:
+        """The batches that go on: first those that are scanned for here."""
+        alive = (batch for batch in self._batches.values() if batch.alive and batch.state is not None)
+        return sorted(alive, key=lambda batch: (batch.announced != LINE, batch.folder.name))
 
     @property
-    def running(self) -> bool:
-        """True while a batch is in progress."""
-        return self._batch is not None and self._batch.alive
+    def broken_off(self) -> list[BatchLine]:
+        """The batches that were cut off while they were followed."""
+        return [batch for batch in self._batches.values() if batch.state is not None and batch.broken_off]
 
-    @property
-    def state(self) -> Mapping[str, Any] | None:
-        """The state of the line, or that at the last batch's end; None if there was none."""
-        return self._batch.state if self._batch else None
+    def shown(self, name: str = "") -> BatchLine | None:
+        """Return the batch of a name; where it is not known, the one to be scanned for or watched, or that was begun last."""
+        latest = next(reversed(self._batches.values()), None)
+        return self._batches.get(name) or next(iter(self.running), latest)
 
     async def open(self) -> None:
-        """Find the batch that goes on, and go on looking for one."""
+        """Find the batches that go on, and go on looking for others."""
         await self._find()
         self._task = asyncio.create_task(self._follow())
 
     async def close(self) -> None:
-        """Stop following; the batch goes on."""
+        """Stop following; the batches go on."""
         if self._task is not None:
             self._task.cancel()
-        if self._batch is not None:
-            await self._batch.close()
+        for batch in self._batches.values():
+            await batch.close()
 
     async def follow(self, folder: Path, announced: str = LINE) -> bool:
         """Follow the batch of a folder; tell whether somebody is there."""
         fresh = BatchLine(folder, announced)
         if not await fresh.connect():
             return False
-        old, self._batch = self._batch, fresh
-        self._before += 1 + (old.changes if old else 0)
-        if old is not None:
-            await old.close()
+        for name, batch in list(self._batches.items()):
+            if name == folder.name or not (batch.alive or batch.broken_off):
+                await self._batches.pop(name).close()
+        self._batches[folder.name] = fresh
         return True
 
-    async def say(self, message: Mapping[str, Any]) -> Text | None:
-        """Say something to the batch; return why it was refused, or None."""
-        return await self._batch.say(message) if self._batch else text("no batch is running")
-
     async def _find(self) -> None:
-        # One that is scanned here comes first, and takes the place of one that is only watched.
-        watches = self._batch is not None and self._batch.announced == WATCHED_LINE
-        if self.running and not watches:
-            return
-        for name in (LINE,) if self.running else (LINE, WATCHED_LINE):
+        for name in (LINE, WATCHED_LINE):
             for announced in self._runs.glob(f"*/{name}"):
-                if await self.follow(announced.parent, name):
-                    return
+                known = self._batches.get(announced.parent.name)
+                if known is None or not known.alive:
+                    await self.follow(announced.parent, name)
 
     async def _follow(self) -> None:
         while True:

@@ -5,7 +5,8 @@ from typing import Any
 
 from GTC.lib import UncertainReal
 
-from procedures.core.actions import LINE_PAIRS, LinePair
+from procedures.core.actions import LINE_PAIRS, LinePair, label_of
+from procedures.core.events import MayBeAsked
 from procedures.core.procedure import Procedure
 from procedures.estimation.winding.closing import ReadAgain, Unsettled, unsettled
 
@@ -21,11 +22,16 @@ def closed(
 
     Warmth of the current changes all lines alike, contacts do not: what may be either shows in the others.
     """
-    read: dict[LinePair, ReadAgain] = {}
-    for pair in sorted(LINE_PAIRS, key=lambda pair: pair not in (LINE_PAIRS[0], suspected)):
+    first, *others = sorted(LINE_PAIRS, key=lambda pair: (pair != LINE_PAIRS[0], pair != suspected))
+    read = {first: again(first)}
+    record = procedure.bench.recorder.record
+    # Which it will be nobody knows before: a rehearsal must not list those that its own readings led to.
+    record(MayBeAsked(lines=[label_of(pair) for pair in LINE_PAIRS[1:]]))
+    for pair in others:
         if suspected in read and not any(line.changed for line in read.values()):
             break
         read[pair] = again(pair)
+    record(MayBeAsked(lines=()))
     procedure.findings["read_again"] = _rows(read)
     return unsettled(tuple(read.values()), parameter)
 

@@ -5,7 +5,7 @@ import json
 import tarfile
 import tracemalloc
 from collections.abc import Callable
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime, timedelta, tzinfo
 from pathlib import Path
 
 import pytest
@@ -21,7 +21,7 @@ from bench.eol.verdict import Verdict
 from bench.i18n.errors import FileError, InputError
 from bench.journal.errors import RecordError
 from bench.journal.removed import removed_files
-from tests.bench.eol.motor_records import motor_record
+from tests.bench.eol.motor_records import NOON, motor_record
 from tests.command_line import called
 
 Call = Callable[..., tuple[int, str, str]]
@@ -40,13 +40,13 @@ def call(capsys: pytest.CaptureFixture[str], reference: str, tmp_path: Path) -> 
 def batches(records: Records, engine: Engine, tmp_path: Path) -> Path:
     """Records and runs of two batches; the folder of the runs."""
     runs = tmp_path / "runs"
-    for number, batch in enumerate(("B1", "B1", "B1", "B2"), 1):
+    for number, batch in reversed(list(enumerate(("B1", "B1", "B1", "B2"), 1))):
         folder = runs / batch / "000" / f"{number:06d}-P"
         (folder / "waveforms").mkdir(parents=True)
         (folder / "journal.packed").write_bytes(bytes(range(256)) * number)
         (folder / "waveforms" / "0001-a.h5").write_bytes(b"samples")
         verdict = Verdict.FAIL if number == 2 else Verdict.PASS
-        ended = datetime.now(UTC) - timedelta(days=10 * number)
+        ended = datetime.now(UTC) - timedelta(days=3 * number)
         records.save(motor_record(number, batch=batch, run=str(folder), verdict=verdict, ended=ended))
     with engine.begin() as connection:
         keep_plan(connection, PLAN)
@@ -104,9 +104,12 @@ def test_what_is_no_whole_archive_is_refused_and_restores_nothing(
 
 def test_a_rule_thins_out_and_logs_it(call: Call, batches: Path, records: Records, tmp_path: Path) -> None:
     rule = tmp_path / "rule.toml"
-    rule.write_text("[waveforms]\npassed = 5\n[runs]\npassed = 25\n")
+    rule.write_text("[waveforms]\npassed = 2\n[runs]\npassed = 8\n")
     code, said, _ = call("retain", str(rule), "--dry-run")
-    assert (code, json.loads(said)) == (0, {"runs": 2, "waveforms": 1, "size": 3 * 7 + 256 * 7, "removed": False})
+    assert (code, json.loads(said)) == (
+        0,
+        {"runs": 2, "waveforms": 1, "size": 3 * 7 + 256 * 7, "held_back": 0, "removed": False},
+    )
     before = files_of(batches)
     assert json.loads(call("retain", str(rule), "--person", "Wang")[1])["removed"]
     first = batches / "B1" / "000" / "000001-P"
@@ -119,9 +122,9 @@ def test_a_rule_thins_out_and_logs_it(call: Call, batches: Path, records: Record
     }
     log = [json.loads(line) for line in (batches / "retention.jsonl").read_text().splitlines()]
     assert [(entry["removed"], entry["number"], entry["person"]) for entry in log] == [
-        ("waveforms", 1, "Wang"),
-        ("runs", 3, "Wang"),
         ("runs", 4, "Wang"),
+        ("runs", 3, "Wang"),
+        ("waveforms", 1, "Wang"),
     ]
     assert records.count() == 4
     assert json.loads(call("retain", str(rule))[1])["runs"] == 0
@@ -172,21 +175,49 @@ def test_runs_that_are_elsewhere_are_told_of(
     assert ": 3;" in err
 
 
-def test_a_clock_that_is_ahead_removes_nothing(call: Call, batches: Path, records: Records, tmp_path: Path) -> None:
+def days_later(call: Call, monkeypatch: pytest.MonkeyPatch, rule: Path, days: float, *flags: str) -> tuple[int, int]:
+    """Return how many runs are removed, and held back, where the clock shows so many days more than the last record's."""
+
+    class Clock(datetime):
+        @classmethod
+        def now(cls, tz: tzinfo | None = None) -> datetime:
+            return NOON + timedelta(days=days)
+
+    monkeypatch.setattr("bench.cli.eol.retain.datetime", Clock)
+    said = json.loads(call("retain", str(rule), *flags)[1])
+    return said["runs"], said["held_back"]
+
+
+@pytest.mark.parametrize("reference", ["sqlite"], indirect=True)
+def test_a_clock_that_is_wrong_removes_hardly_too_early(
+    call: Call, records: Records, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ages go by the line's own records, in the order in which they were kept."""
     rule = tmp_path / "rule.toml"
-    rule.write_text("[runs]\npassed = 40\n")
-    # As a clock sees them that is ahead: the latest ended 40 days ago.
-    for batch in ("B1", "B2"):
-        records.remove(batch)
-    assert json.loads(call("retain", str(rule))[1])["runs"] == 0, "nothing is due, nothing is refused"
-    folder = str(batches / "B2" / "000" / "000004-P")
-    ended = datetime.now(UTC) - timedelta(days=40)
-    records.save(motor_record(4, batch="B2", run=folder, verdict=Verdict.PASS, ended=ended))
-    code, _, error = call("retain", str(rule))
-    assert code != 0
-    assert "If the clock is ahead" in error
-    assert Path(folder).is_dir()
-    assert json.loads(call("retain", str(rule), "--clock-is-right")[1])["runs"] == 1
+    rule.write_text("[runs]\nfailed = 20\n")
+
+    def keep(number: int, day: float) -> None:
+        folder = tmp_path / "runs" / "B1" / "000" / f"{number:06d}-P"
+        folder.mkdir(parents=True)
+        records.save(motor_record(number, run=str(folder), ended=NOON + timedelta(days=day)))
+
+    for day in range(-18, 1):
+        keep(day + 19, day)
+    # The oldest is 18 days old.
+    assert days_later(call, monkeypatch, rule, 0) == (0, 0)
+    assert days_later(call, monkeypatch, rule, 29) == (3, 16), "a clock that is ahead by 29 days costs four"
+    assert days_later(call, monkeypatch, rule, -5) == (0, 0)
+    # The clock fell back to another millennium, and was put right: these are of day 0.
+    keep(20, -9000.0)
+    keep(21, 1)
+    # It was ahead for a motor.
+    keep(22, 400)
+    keep(23, 2)
+    assert days_later(call, monkeypatch, rule, 6, "--dry-run") == (2, 0)
+    assert days_later(call, monkeypatch, rule, 6) == (2, 0)
+    left = sorted((tmp_path / "runs" / "B1" / "000").iterdir())
+    assert (left[0].name, left[-4].name) == ("000006-P", "000020-P")
+    assert days_later(call, monkeypatch, rule, 60, "--clock-is-right") == (18, 0)
 
 
 def test_a_rule_finds_runs_from_any_folder_and_leaves_another_station_s(
@@ -203,6 +234,22 @@ def test_a_rule_finds_runs_from_any_folder_and_leaves_another_station_s(
     monkeypatch.chdir("/")
     assert json.loads(call("retain", str(rule))[1])["runs"] == 4
     assert sorted(path.name for path in (batches / "B3" / "000").iterdir()) == ["000002-P"]
+
+
+def test_an_archive_has_and_removes_what_is_of_its_own_batch_and_not_of_another_of_the_name(
+    call: Call, batches: Path, records: Records, engine: Engine, tmp_path: Path
+) -> None:
+    log = BatchLog(batches / "B1", {})
+    log.close()
+    code, _, error = call("archive", "B1", "--output", str(tmp_path / "none.tar"))
+    assert code != 0
+    assert "are all of another batch" in error
+    records.save(motor_record(9, identifier=log.identifier(9), batch="B1"))
+    typed = ("archive", "B1", "--remove", "all", "--output", str(tmp_path / "B1.tar"))
+    assert json.loads(call(*typed)[1])["motors"] == 1
+    assert sorted(each.number for each in records.read("B1")) == [1, 2, 3]
+    with engine.connect() as connection:
+        assert plans_of(connection, "B1") == [PLAN]
 
 
 @pytest.mark.parametrize("content", ["[run]\n", "[runs]\npassed = -1\n", "[runs]\ngood = 1\n", "["])
@@ -229,9 +276,10 @@ def test_an_archive_takes_no_more_memory_for_a_longer_batch(tmp_path: Path, monk
 
 
 def test_an_archive_of_a_batch_that_is_being_measured_says_so(
-    call: Call, batches: Path, tmp_path: Path, reference: str, capsys: pytest.CaptureFixture[str]
+    call: Call, batches: Path, records: Records, tmp_path: Path, reference: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = BatchLog(batches / "B1", {"name": "B1"})
+    records.save(motor_record(5, identifier=log.identifier(5), batch="B1"))
     code, said, _ = call("archive", "B1", "--output", str(tmp_path / "one"))
     assert (code, json.loads(said)["being_measured"]) == (0, True)
     typed = (

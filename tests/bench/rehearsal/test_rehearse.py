@@ -155,6 +155,17 @@ def test_a_rehearsal_lists_the_set_points_of_the_run(
     assert 0.0 < made["hand_time"] < made["bench_time"]
 
 
+def test_what_readings_decide_is_listed_as_maybe_and_not_by_the_twin_s_own(rehearse: Rehearse) -> None:
+    """Of these two motors other lines differ most, and are read again."""
+    listed = []
+    for motor in ("lg-400w", "gimbal"):
+        _, made = rehearse("winding-balance", motor=motor)
+        listed.append([(line["kind"], line["text"]) for line in (*lines(made, "action"), *lines(made, "perhaps"))])
+    assert listed[0] == listed[1]
+    assert listed[0][-1] == ("perhaps", ["BC", "CA"])
+    assert sum("high from C to A" in str(words) for _, words in listed[0]) == 1, "the first line again, always"
+
+
 def test_the_largest_set_points_stand_against_the_least_limit(rehearse: Rehearse) -> None:
     _, made = rehearse("pole-pairs-static", "back-emf-constant")
     supply = made["highest"]["supply"]

@@ -13,7 +13,7 @@ from bench.eol.store.earlier_tests import EarlierTest, in_order
 from bench.eol.store.faults import StoreError
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
-from drivers.interfaces.text import Text, text, text_of
+from drivers.interfaces.text import Text, lines, text, text_of
 
 _Answer = TypeVar("_Answer")
 
@@ -80,8 +80,12 @@ class AdmissionDesk:
         decision = unknown or decide(serial_number, self.model, in_order([*here, *elsewhere]), self.rule, person)
         if isinstance(decision, RefusedTest):
             _asked(lambda: self.register.release(claim), None, [])
-            own = (test.verdict for test in (*here, *elsewhere) if test.batch == self.batch)
-            decision = replace(decision, judged=any(verdict in (Verdict.PASS, Verdict.FAIL) for verdict in own))
+            earlier = in_order([*here, *elsewhere])
+            own = [test for test in earlier if test.identifier == self.identifier(test.number)]
+            decision = replace(decision, judged=any(test.verdict in (Verdict.PASS, Verdict.FAIL) for test in own))
+            if not own and earlier and earlier[-1].batch == self.batch:
+                other = text("this batch {batch} is another one of the same name", batch=self.batch)
+                decision = replace(decision, why=lines((decision.why, other), between="; "))
         return decision
 
     def _unknown(self, serial_number: str, faults: Sequence[StoreError]) -> RefusedTest | None:

@@ -122,6 +122,10 @@ class SerialRegister:
         except StoreError:
             return None
 
+    def ask_again(self) -> None:
+        """Ask the server from now on, although it did not answer a moment ago; from any thread."""
+        self._away.pop("server", None)
+
     def close(self) -> None:
         """Close the connection to the server, with a question that it has not answered."""
         with self._lock:

@@ -6,8 +6,10 @@ from typing import Any
 from nicegui import events, ui
 
 from bench.journal.stored_result import restore_text
+from bench.panel.live.live_line import BatchLine
 from bench.panel.pages.ended_session import offer_abort
 from bench.panel.pages.frame import frame
+from bench.panel.pages.line.batch_list import BatchList
 from bench.panel.pages.line.counters import Counters
 from bench.panel.pages.line.course import Course
 from bench.panel.pages.line.start import LineStart
@@ -25,23 +27,25 @@ _LOOK = 0.05
 _TAKE = "(e) => { const serial = e.target.value; e.target.value = ''; e.target.dispatchEvent(new Event('input')); emit(serial); }"
 
 
-def line_page(panel: Panel, session: Session) -> None:
-    """Build the page."""
+def line_page(panel: Panel, session: Session, batch: str = "") -> None:
+    """Build the page, of the `batch` that was chosen if there are several."""
     with frame(panel, session, text("Line"), "/line") as reader:
-        page = _LinePage(panel, session, reader)
+        page = _LinePage(panel, session, reader, batch)
         page.build()
         ui.timer(_LOOK, page.look)
 
 
 class _LinePage:
-    def __init__(self, panel: Panel, session: Session, reader: Reader) -> None:
+    def __init__(self, panel: Panel, session: Session, reader: Reader, chosen: str) -> None:
         self._panel, self._session, self._reader = panel, session, reader
-        self._seen: tuple[int, bool] | None = None
+        self._chosen = chosen
+        self._seen: list[tuple[BatchLine, int, bool]] | None = None
         self._tiles: dict[str, Tile] = {}
         self._refused = ""
 
     def build(self) -> None:
         say = self._reader.say
+        self._batches = BatchList(self._reader)
         self._start = ui.element("section").classes(
             "mb-card mb-4 max-w-4xl w-full mx-auto flex flex-col flex-nowrap gap-3"
         )
@@ -74,20 +78,32 @@ class _LinePage:
 
     def look(self) -> None:
         """Show what has changed since the last look."""
-        line = self._panel.line
-        seen = (line.changes, line.running)
+        line, batch = self._panel.line, self._batch
+        known = [*line.running, *line.broken_off]
+        seen = [(each, each.changes, each.alive) for each in (*known, *([batch] if batch else []))]
         if seen == self._seen:
             for tile in self._tiles.values():
                 tile.tick()
             return
         self._seen = seen
-        self._start.set_visibility(not line.running and self._session.may_lead)
-        self._work.set_visibility(line.state is not None)
-        if line.state is not None:
-            self._show(line.state, running=line.running)
+        running = batch is not None and batch.alive
+        self._start.set_visibility(not running and self._session.may_lead)
+        self._batches.show(known, batch)
+        self._work.set_visibility(batch is not None and batch.state is not None)
+        if batch is not None and batch.state is not None:
+            self._state.show(batch.state, running=running, alone=len(line.running) < 2)
+            self._show(batch.state, running=running, broken_off=batch.broken_off)
 
-    def _show(self, state: Mapping[str, Any], *, running: bool) -> None:
-        self._state.show(state, running=running)
+    @property
+    def _batch(self) -> BatchLine | None:
+        return self._panel.line.shown(self._chosen)
+
+    async def _tell(self, message: Mapping[str, Any]) -> Text | None:
+        """Say something to the batch that is shown; return why it was refused, or None."""
+        batch = self._batch
+        return text("no batch is running") if batch is None else await batch.say(message)
+
+    def _show(self, state: Mapping[str, Any], *, running: bool, broken_off: bool) -> None:
         scans = bool(state.get("scans", True))
         self._end.set_visibility(running and scans)
         self._scan.set_visibility(scans)
@@ -101,7 +117,7 @@ class _LinePage:
                 }
         for socket in state["sockets"]:
             self._tiles[socket["name"]].show(socket, running=running, scans=scans)
-        self._show_message(state, running=running)
+        self._show_message(state, running=running, broken_off=broken_off)
         self._show_records(state.get("records") or {}, state.get("notes", ()))
         self._counters.show(state)
         self._course.wanted(state)
@@ -119,7 +135,7 @@ class _LinePage:
                     ui.label(code or say(text("no part named"))).classes("text-base")
                     ui.label(str(count)).classes("text-base font-semibold")
 
-    def _show_message(self, state: Mapping[str, Any], *, running: bool) -> None:
+    def _show_message(self, state: Mapping[str, Any], *, running: bool, broken_off: bool) -> None:
         say, message, scans = self._reader.say, state["message"], state.get("scans", True)
         wrong = False
         if not running and any(socket["serial_number"] for socket in state["sockets"]):
@@ -127,6 +143,11 @@ class _LinePage:
                 say(text("The batch was cut off. Begin it again: it goes on with the motors in the sockets.")),
                 True,
             )
+        elif broken_off:
+            words = say(
+                text("The batch was broken off between two motors; no record is lost. Begin it again: it goes on.")
+            )
+            wrong = True
         elif not running:
             words = say(text("The batch has ended."))
         elif state["ending"]:
@@ -159,7 +180,7 @@ class _LinePage:
                 wrong=True,
             )
             return
-        fault = await self._panel.line.say({"serial": self._refused, "again": self._session.person})
+        fault = await self._tell({"serial": self._refused, "again": self._session.person})
         if fault:
             self._say(f"✗ {self._reader.say(fault)}", wrong=True)
 
@@ -181,7 +202,7 @@ class _LinePage:
             return
         if not self._leads():
             return
-        fault = await self._panel.line.say({"serial": serial})
+        fault = await self._tell({"serial": serial})
         if fault:
             self._say(f"✗ {self._reader.say(fault)}", wrong=True)
 
@@ -196,11 +217,11 @@ class _LinePage:
         return self._session.person or self._reader.say(text("this browser"))
 
     async def _finish(self) -> None:
-        if self._leads() and (fault := await self._panel.line.say({"finish": self._person()})):
+        if self._leads() and (fault := await self._tell({"finish": self._person()})):
             self._say(f"✗ {self._reader.say(fault)}", wrong=True)
 
     async def _aborted(self) -> Text | None:
-        return await self._panel.line.say({"stop": self._person()})
+        return await self._tell({"stop": self._person()})
 
     async def _stop(self) -> None:
         fault = await self._aborted()
@@ -209,7 +230,7 @@ class _LinePage:
 
     async def _key(self, event: events.KeyEventArguments) -> None:
         key: Any = event.key
-        if not event.action.keydown or not event.modifiers.ctrl or not self._panel.line.running:
+        if not event.action.keydown or not event.modifiers.ctrl or self._batch is None or not self._batch.alive:
             return
         if key.escape:
             await self._stop()
@@ -217,6 +238,8 @@ class _LinePage:
             await self._finish()
 
     def _begun(self) -> None:
+        # It is the one that is scanned for.
+        self._chosen = ""
         self._panel.control.take(self._session.token, self._person())
         ui.run_javascript("document.querySelector('.mb-scan input').focus()")
 

@@ -8,6 +8,8 @@ from pathlib import Path
 from nicegui import run as background
 from nicegui import ui
 
+from bench.eol.line.batch_log import FILE as BATCH
+from bench.eol.line.batch_log import broken_off
 from bench.eol.plan_name import plan_name
 from bench.i18n.errors import InputError
 from bench.panel.child_command import child_command
@@ -68,6 +70,7 @@ class LineStart:
         begin.classes("mb-go text-2xl px-12 py-4 mt-2").props("no-caps")
         self._fault = ui.label().props("role=alert").classes("text-lg whitespace-pre-line mb-refused")
         self._said = ui.label().props("role=status").classes("text-lg")
+        self._broken_off = ui.label().classes("mb-told text-lg")
         self._build_making()
         ui.timer(0.01, self._read, once=True)
 
@@ -76,6 +79,13 @@ class LineStart:
         usable = [each.path for each in offered if each.usable]
         if self._chosen not in usable:
             self._chosen = usable[0] if len(usable) == 1 else None
+        broken_off = await background.io_bound(_broken_off, self._panel.runs) or []
+        self._broken_off.set_visibility(bool(broken_off))
+        words = text(
+            "Broken off and not begun again: batch {names}. With its plan and its name a batch goes on.",
+            names=broken_off,
+        )
+        self._broken_off.set_text(self._reader.say(words))
         self._plans.clear()
         self._cards.clear()
         with self._plans:
@@ -186,6 +196,10 @@ class TextButton(ui.element):
 def _offered(folder: Path) -> list[_Offered]:
     """Return the plans of a folder with what is in them. Reads files: not for an event loop."""
     return [_about(path) for path in sorted(folder.glob("*.toml")) if _is_plan(path)]
+
+
+def _broken_off(runs: Path) -> list[str]:
+    return sorted(path.parent.name for path in runs.glob(f"*/{BATCH}") if broken_off(path.parent))
 
 
 def _about(path: Path) -> _Offered:

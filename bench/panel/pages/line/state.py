@@ -34,11 +34,12 @@ class LineStateRow:
                 icon("stop")
                 with ui.element("span"):
                     ui.label(say(text("ABORT")))
-                    ui.label(say(text("all sockets"))).classes("mb-small")
+                    self._extent = ui.label().classes("mb-small")
             ui.tooltip(say(text("Every socket shuts down. Key: Ctrl+Esc. Finish: Ctrl+End")))
 
-    def show(self, state: Mapping[str, Any], *, running: bool) -> None:
-        """Show what the batch last said of its sockets."""
+    def show(self, state: Mapping[str, Any], *, running: bool, alone: bool) -> None:
+        """Show what the batch last said of its sockets; beside others, ABORT says that it is of this one."""
+        self._extent.set_text(self._reader.say(text("all sockets") if alone else text("this batch only")))
         kind, headline, detail = _told(state, running=running)
         self._state.props["data-state"] = kind.value
         self._state.update()

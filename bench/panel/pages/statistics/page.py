@@ -9,6 +9,7 @@ from urllib.parse import urlencode
 from nicegui import events, ui
 from nicegui import run as background
 
+from bench.eol.line.batch_log import broken_off
 from bench.eol.statistics_messages import (
     bounds,
     distribution_words,
@@ -79,7 +80,7 @@ class _Statistics:
                     golden.on(event, lambda: self._change(golden=serial_numbers(str(golden.value or ""))))
                 ui.button(say(text("Read again")), on_click=self._read).props("outline no-caps")
                 ui.link(say(text("One motor's tests")), "/motors").classes("mb-link text-base")
-            self._status = ui.label().props("role=status").classes("text-base mt-2")
+            self._status = ui.label().props("role=status").classes("text-base mt-2 whitespace-pre-line")
         self._fault = ui.label().props("role=alert").classes("mb-card mb-told whitespace-pre-line")
         self._content = ui.element("div").classes("w-full flex flex-col flex-nowrap gap-4")
         ui.timer(0.01, self._read, once=True)
@@ -97,7 +98,10 @@ class _Statistics:
         say, statistics = self._reader.say, view.statistics
         self._choice, self._labels = view.choice, view.labels
         self._offer(view)
-        self._status.set_text("" if statistics is None else say(_selected(statistics)))
+        words = "" if statistics is None else say(_selected(statistics))
+        if statistics is not None and view.choice.batch and broken_off(self._panel.runs / view.choice.batch):
+            words += f"\n{say(text('This batch was broken off and not begun again: with its plan and its name it goes on.'))}"
+        self._status.set_text(words)
         self._fault.set_text("" if view.fault is None else say(view.fault))
         # That nobody has measured yet is no fault.
         self._fault.classes(add="mb-wrong") if view.refused else self._fault.classes(remove="mb-wrong")

@@ -18,6 +18,8 @@ from bench.eol.admission_rule import AdmittedTest, RefusedTest
 from bench.eol.line.admission.admission_desk import AdmissionDesk
 from bench.eol.line.record_writer import RecordWriter, open_record_writer
 from bench.eol.plan_file import RetestSection
+from bench.eol.store.faults import StoreError
+from bench.eol.store.waiting import ForwardingProblem, Waiting
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text
@@ -189,3 +191,19 @@ def test_what_is_refused_is_not_claimed(make_station: Callable[..., Station], se
     west.desk.check = never
     assert isinstance(west.admit("A2"), RefusedTest)
     assert east.admit("A2", 2) == AdmittedTest(1)
+
+
+def test_a_server_that_takes_records_again_is_asked_for_earlier_tests_at_once(
+    make_station: Callable[..., Station], server: str
+) -> None:
+    station = make_station("east", server)
+    writer, heard = station.writer, list[Waiting]()
+    writer.listen(heard.append)
+    writer.register._away["server"] = (monotonic(), Text("away"))
+    away = Waiting(troubles=(ForwardingProblem(Text("away"), datetime.now(UTC)),))
+    writer._forwarder._say(away)
+    with pytest.raises(StoreError, match="away"):
+        writer.register.tests_elsewhere("A1")
+    writer._forwarder._say(Waiting())
+    assert writer.register.tests_elsewhere("A1") == []
+    assert heard == [away, Waiting()]

@@ -247,3 +247,22 @@ def test_a_motor_that_was_cut_off_comes_again_though_another_station_s_batch_of_
     one.listener.records.clear()
     one.run("", motors=None, sockets=1)
     assert [(record.number, record.serial_number) for record in one.listener.records] == [(2, "A2")]
+
+
+def test_what_another_batch_of_the_name_tested_is_not_tested_in_this_one(make_bench: Callable[[str], Any]) -> None:
+    """A list that goes on, and a motor that is scanned: both are refused with the reason, and the exit status tells of them."""
+    one, other = make_bench("one"), make_bench("other")
+    one.run("A1\n", motors=None, sockets=1)
+    shared = {"motors": None, "sockets": 1, "records": one.request.records}
+    other.run("B1\n", **shared)
+    serials = other.folder / "serials.txt"
+    serials.write_text("B1\nA1\n", encoding="utf-8")
+    counts, _ = other.run(serials=str(serials), **shared)
+    assert (counts.motors, counts.untested) == (0, {"A1"}), "B1 is passed over: this batch has it"
+    counts, _ = other.run("A1\nB1\n", **shared)
+    assert (counts.refused, counts.untested) == (2, {"A1"})
+    assert ["batch small is another one of the same name" in str(each.why) for each in other.listener.refusals] == [
+        True,
+        True,
+        False,
+    ]

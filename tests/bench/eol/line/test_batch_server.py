@@ -11,6 +11,7 @@ from bench.cli.main import main
 from bench.eol.line.record_writer import own_records
 from bench.eol.store.database import NoDatabaseError
 from tests.bench.eol.wire import Wire
+from tests.command_line import called
 
 
 def through(server: str, wire: Wire) -> str:
@@ -45,7 +46,7 @@ def test_a_batch_on_a_server_has_the_records_of_one_in_a_file_and_its_statistics
 
 
 def test_a_server_that_goes_in_the_middle_of_a_batch_has_every_record_once_with_the_next(
-    bench: Any, server: str, wire: Wire
+    bench: Any, server: str, wire: Wire, capsys: pytest.CaptureFixture[str]
 ) -> None:
     address = through(server, wire)
 
@@ -61,6 +62,15 @@ def test_a_server_that_goes_in_the_middle_of_a_batch_has_every_record_once_with_
     assert any(waiting.troubles and waiting.next_try for waiting in bench.listener.waitings), "told while it goes on"
     assert set(numbers(server, "small")) <= {1, 2}
     assert numbers(str(bench.folder / "runs" / "records.sqlite"), "small") == [1, 2, 3, 4]
+
+    runs = ("--runs", str(bench.request.runs), "--json")
+    code, said, error = called(capsys, "eol", "forward", "--records", address, *runs)
+    assert (code, json.loads(said)["forwarded"]) == (1, 0)
+    assert "the server accepts no records" in error
+    code, said, _ = called(capsys, "eol", "forward", "--records", server, *runs)
+    left = json.loads(said)
+    assert (code, left["forwarded"], left["waiting_for_server"]) == (0, counts.waits.for_server, 0)
+    assert numbers(server, "small") == [1, 2, 3, 4]
 
     bench.listener.when_begun = lambda _: None
     counts, stopped = bench.run(records=server, batch="next", motors=1, again=True, person="Wang")

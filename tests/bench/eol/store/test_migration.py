@@ -1,6 +1,7 @@
 """Databases of older and newer versions, with records in them: refused by name, brought up by one command, nothing lost."""
 
 import json
+import os
 from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from typing import Any
@@ -204,16 +205,22 @@ def test_tables_that_others_use_are_left_alone(
     reference: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     older(reference, "0010")
-    monkeypatch.setattr("bench.eol.store.table_versions._UPGRADE", 0.05)
+    monkeypatch.setattr("bench.eol.store.table_versions._UPGRADE", 1)
+    monkeypatch.setattr("bench.eol.store.lock_holders._LOOK", 0.02)
+    monkeypatch.setattr("bench.eol.store.lock_holders.getpid", lambda: -1)
     engine = create_engine(database_url(reference))
     with engine.connect() as holder:
         if engine.dialect.name == "sqlite":
+            holder.exec_driver_sql("PRAGMA journal_mode = WAL")
             holder.exec_driver_sql("BEGIN IMMEDIATE")
         else:
             holder.exec_driver_sql("LOCK TABLE motor IN ACCESS SHARE MODE")
         code, _, said = called(capsys, "eol", "migrate", "--records", reference)
     engine.dispose()
     assert code == 1
+    assert "waited for, 1 s at most: " in said
+    holder_named = f"process {os.getpid()}: " if engine.dialect.name == "sqlite" else "of postgres at 127.0.0.1, in a"
+    assert holder_named in said
     assert "other programs use its tables" in said
     assert "Nothing was changed; give the command again" in said
     assert called(capsys, "eol", "migrate", "--records", reference)[0] == 0
@@ -227,5 +234,5 @@ def test_a_database_without_records_is_none(reference: str, capsys: pytest.Captu
     assert "there are no records here" in err
     assert called(capsys, "eol", "stats", "--records", reference)[0] == 2
     assert tables_of(reference) == {}
-    with pytest.raises(FileError, match=r"SQLite writes beside the file, even to read it: give a file in a folder"):
+    with pytest.raises(FileError, match=r"SQLite writes beside the file: give a file in a folder"):
         open_database("/nowhere/records.sqlite")
