@@ -1,6 +1,7 @@
 """Databases that end-of-line tests keep records in."""
 
 import math
+import shutil
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -13,24 +14,33 @@ from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
 from tests.bench.eol.motor_records import motor_record
-from tests.bench.eol.postgresql import empty, own_database
+from tests.bench.eol.postgresql import ClearedDatabase, own_database
 from tests.bench.eol.wire import Wire
 
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
 
 
 @pytest.fixture(scope="session")
-def database(postgresql: str) -> Iterator[str]:
+def database(postgresql: str) -> Iterator[ClearedDatabase]:
     """This worker's PostgreSQL database."""
     with own_database(postgresql) as address:
-        yield address
+        yield ClearedDatabase(address)
 
 
 @pytest.fixture
-def server(database: str) -> Iterator[str]:
-    """A PostgreSQL database with nothing in it."""
-    yield database
-    empty(database)
+def server(database: ClearedDatabase, request: pytest.FixtureRequest) -> Iterator[str]:
+    """A PostgreSQL database with nothing in it; with its tables for tests that have it opened."""
+    database.clear(with_tables="engine" in request.fixturenames)
+    yield database.address
+    database.leave()
+
+
+@pytest.fixture(scope="session")
+def made_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A file with the tables and no records."""
+    made = tmp_path_factory.mktemp("made") / "records.sqlite"
+    open_database(str(made)).dispose()
+    return made
 
 
 @pytest.fixture
@@ -43,7 +53,12 @@ def wire(server: str) -> Iterator[Wire]:
 
 @pytest.fixture(params=["sqlite", "postgresql"])
 def reference(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    return str(tmp_path / "records.sqlite") if request.param == "sqlite" else str(request.getfixturevalue("server"))
+    if request.param == "postgresql":
+        return str(request.getfixturevalue("server"))
+    file = tmp_path / "records.sqlite"
+    if "engine" in request.fixturenames:
+        shutil.copyfile(request.getfixturevalue("made_file"), file)
+    return str(file)
 
 
 @pytest.fixture

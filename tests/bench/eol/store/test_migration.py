@@ -82,6 +82,9 @@ def older(reference: str, version: str) -> None:
             # A server's table of fresh figures stays empty.
             if filled and (own_file or table.name != "fresh_figure"):
                 connection.execute(insert(METADATA.tables[table.name]), filled)
+    if own_file:
+        with engine.connect() as connection:
+            connection.exec_driver_sql("PRAGMA journal_mode = WAL")
     engine.dispose()
 
 
