@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +16,10 @@ from procedures.core.bench import ProcedureError, Role
 from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
+from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.estimation.emf.emf_shape import EmfShape, emf_shape
+from procedures.estimation.emf.record import DigitizedChannel
+from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.estimation.winding.unbalance import all_at_once, largest_deviation
 from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
@@ -28,6 +32,15 @@ _THIRD = 2.0 * math.pi / 3.0
 _FEW = 1
 #: Each figure is the largest of three, and which it is was not chosen beforehand: noise and the channels' own gains count more.
 _LARGEST_OF_THREE = all_at_once(_PHASES, math.inf)
+UNBALANCE, THD = "back_emf_unbalance", "back_emf_thd"
+#: Channels that lost a part of the wave.
+_LOST = frozenset({Cause.CLIPPED, Cause.DROPOUTS, Cause.UNEXPLAINED})
+#: A bent wave is off by so many times the share of the fundamental that is told, and told from this share on.
+_BENT, _SEEN_BENT = 1.4, 1e-3
+#: A lag (rad) between two channels that is told, beyond so many of its standard uncertainties.
+_LATE, _BEYOND = math.radians(1.0), 4.0
+#: Frequencies (Hz) of an EMF from which a record does not part mains hum, and the share of the speed that is taken instead.
+_MAINS, _SLOWER = (44.0, 68.0), 0.6
 
 
 class BackEmfShapeSettings(TurnedWiringSettings):
@@ -40,12 +53,14 @@ class BackEmfShapeSettings(TurnedWiringSettings):
     exchange: bool = Field(
         default=False, description="record with the probes on each other's phases too, so that their gains cancel"
     )
+    both_ways: bool = Field(default=True, description="drive backwards as well, so that what delays a channel cancels")
 
 
 class BackEmfShape(Procedure[BackEmfShapeSettings]):
     """Symmetry of the three phases' EMF and its total harmonic distortion (IEC 61000-4-7), from one record of the driven motor.
 
-    Against an artificial star point no harmonic of an order divisible by three is seen: as between two lines.
+    Turned both ways, what a probe delays in time falls out of the spacings. Against an artificial star point no harmonic of an order
+    divisible by three is seen: as between two lines.
     """
 
     name: ClassVar[str] = "back-emf-shape"
@@ -71,7 +86,8 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
 
     @step(
         "L3/2",
-        "Probe three phases against an artificial star point, drive at {speed_share:.0%} of the rated speed, and record",
+        "Probe three phases against an artificial star point, drive at {speed_share:.0%} of the rated speed, forwards, then backwards, and "
+        "record",
         by_hand=True,
     )
     def record(self) -> list[EmfShape]:
@@ -84,17 +100,28 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         #: Accuracy of each channel in the range that was chosen.
         self._accuracies: dict[int, Accuracy] = {}
         speed = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
+        #: What the records show beyond their models.
+        self._misfits: list[Misfit] = []
         known = self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
         record_time = self.settings.periods * 2.0 * math.pi / ((known or _FEW) * speed)
         shapes: list[EmfShape] = []
         for first in range(_PHASES if self.settings.exchange else 1):
             self.wiring.shaft.connect_probes(phases_on(channels, first))
             shape = self._recorded(channels, speed, record_time)
-            if not known and not shapes:
-                # With more pole pairs than were taken, a period has too few points for the harmonics.
-                record_time = self.settings.periods / shape.frequency
+            mains = _MAINS[0] < shape.frequency < _MAINS[1]
+            if not shapes and (mains or not known):
+                # With more pole pairs than were taken, a period has too few points for the harmonics; and hum of the frequency of the
+                # fundamental would be a part of it.
+                speed = _SLOWER * speed if mains else speed
+                record_time = self.settings.periods / (shape.frequency * (_SLOWER if mains else 1.0))
                 shape = self._recorded(channels, speed, record_time)
+            if self.settings.both_ways:
+                back = self._recorded(channels, -speed, record_time)
+                self._tell_lags(channels, shape, back)
+                self._misfits.append(bent_by(channels, shape, back))
+                shape = shape.with_backwards(back)
             shapes.append(shape)
+        self._misfit = of_shape(Misfit.together(self._misfits), both_ways=self.settings.both_ways)
         return shapes
 
     @step("L3/3", "Size: the largest deviation of a phase from the mean of the three, over the mean")
@@ -102,6 +129,9 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         """Report it; the channels' gains are in its budget as far as the probes were not exchanged."""
         unc, labels = self.bench.uncertainties, ("A", "B", "C")
         sizes: list[UncertainReal] = []
+        bent = _BENT * max(
+            (float(f.figures.get("share", 0.0)) for f in self._misfit.of(UNBALANCE).findings), default=0.0
+        )
         for phase, label in enumerate(labels):
             seen = []
             for first, shape in enumerate(shapes):
@@ -114,6 +144,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
                     flux * shape.flux_uncertainty * _LARGEST_OF_THREE,
                 )
                 gain = Accuracy(gain=accuracy.gain * _LARGEST_OF_THREE, source=accuracy.source)
+                own = own * (1.0 + unc.limit("fundamental that a channel's distortion takes", 0.0, bent))
                 seen.append(unc.instrument(text("oscilloscope, channel {channel}", channel=channel), own, gain))
             sizes.append(sum(seen[1:], seen[0]) / len(seen))
         farthest = largest_deviation(sizes)
@@ -122,10 +153,11 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
             "unbalanced_phase": labels[farthest.place],
         }
         self.report(
-            "back_emf_unbalance",
+            UNBALANCE,
             _PER_CENT * farthest.share,
             section=self.section,
             estimator="largest deviation of a phase's fundamental from the mean of the three, over the mean",
+            misfit=self._misfit.of(UNBALANCE),
         )
 
     @step("L3/4", "Spacing: the largest deviation of the angle between two phases from 120°")
@@ -165,14 +197,18 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
             "forwards": shape.forwards,
         }
         self.report(
-            "back_emf_thd",
+            THD,
             self.bench.uncertainties.statistical(
                 text("harmonics of phase {phase}", phase="ABC"[largest]),
                 _PER_CENT * float(thd[largest]),
                 _PER_CENT * uncertainty,
+            )
+            + self.bench.uncertainties.limit(
+                "harmonics that a channel's distortion makes", 0.0, _PER_CENT * self._share(THD)
             ),
             section=self.section,
             estimator="root of the harmonics' squares over the fundamental, noise taken out",
+            misfit=self._misfit.of(THD),
         )
 
     def _recorded(self, channels: Sequence[int], speed: float, record_time: float) -> EmfShape:
@@ -187,9 +223,68 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
             start = 1.3 * settings.speed_share * rated if rated else 50.0
             waves = ranged_record(self.bench, dict.fromkeys(channels, start), 10.0 + record_time)
         self._accuracies = {channel: waves[channel].accuracy for channel in channels}
-        return emf_shape(
-            waves[channels[0]].time,
-            np.vstack([waves[channel].values for channel in channels]),
-            harmonics=settings.harmonics,
-            resolution=[waves[channel].resolution for channel in channels],
+        time, values = waves[channels[0]].time, np.vstack([waves[channel].values for channel in channels])
+        told = [
+            DigitizedChannel(str(c), waves[c].resolution, waves[c].clipped, waves[c].accuracy.gain) for c in channels
+        ]
+        shape = emf_shape(
+            time, values, harmonics=settings.harmonics, resolution=[waves[channel].resolution for channel in channels]
         )
+        self._misfits.append(fit_back_emf(time, values, frequency=shape.frequency, digitized=told).misfit)
+        return shape
+
+    def _share(self, name: str) -> float:
+        """Return what of the fundamental a channel's distortion may take or add, for one of the figures."""
+        widening = [f for f in self._misfit.of(name).findings if f.answer is Answer.WIDENED]
+        return _BENT * max((float(f.figures.get("share", 0.0)) for f in widening), default=0.0)
+
+    def _tell_lags(self, channels: Sequence[int], forwards: EmfShape, backwards: EmfShape) -> None:
+        """Keep by how much the channels are apart in time, and tell a lag that is none of chance."""
+        lags = forwards.lags(backwards)
+        farthest = int(np.argmax(np.abs(lags)))
+        lag = abs(float(lags[farthest]))
+        known = math.hypot(forwards.spacing_uncertainty, backwards.spacing_uncertainty)
+        if lag > max(_LATE, _BEYOND * known):
+            late = 1 if lags[farthest] > 0.0 else 0
+            first, second = (channels[(farthest + k) % _PHASES] for k in (1 - late, late))
+            self.notice(
+                "channel-delay",
+                text(
+                    "channel {late} shows the EMF {time:.3g} µs ({angle:.2g}° electrical) later than channel {early}: a probe, its filter "
+                    "or AC coupling delays one of them. Turning both ways takes this out of the angles",
+                    late=second,
+                    early=first,
+                    time=1e6 * lag / (2.0 * math.pi * forwards.frequency),
+                    angle=math.degrees(lag),
+                ),
+            )
+
+
+def bent_by(channels: Sequence[int], forwards: EmfShape, backwards: EmfShape) -> Misfit:
+    """Return which channel bends the wave the most, where one does."""
+    share, uncertainty = forwards.bent(backwards)
+    worst = int(np.argmax(share / uncertainty))
+    score = float(share[worst] / uncertainty[worst])
+    if not (score > _BEYOND and share[worst] > _SEEN_BENT):
+        return NO_MISFIT
+    figures: dict[str, float | str] = {"record": "emf-both-ways", "channel": str(channels[worst])}
+    figures["share"] = float(share[worst])
+    return Misfit((Finding(Cause.DISTORTION, Answer.MODELLED, (THD,), score, figures),))
+
+
+def of_shape(misfit: Misfit, *, both_ways: bool) -> Misfit:
+    """Return what the misfit of fundamentals means for sizes and distortion: a channel that bends the wave shows harmonics of its own, and
+    one that lost a part of it another size; that channels differ is what the sizes tell.
+
+    A weak magnet makes harmonics of even order, too: turned `both_ways`, they are told from a channel's.
+    """
+    found = []
+    for finding in misfit.findings:
+        record = finding.figures.get("record")
+        if finding.cause in _LOST:
+            found.append(replace(finding, answer=Answer.WITHHELD, estimates=(UNBALANCE, THD)))
+        elif record == "emf-both-ways":
+            found.append(finding)
+        elif finding.cause is Cause.BANDWIDTH or (finding.cause is Cause.DISTORTION and (record or not both_ways)):
+            found.append(replace(finding, answer=Answer.WIDENED, estimates=(UNBALANCE, THD)))
+    return Misfit(tuple(found))

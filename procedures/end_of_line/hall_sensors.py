@@ -19,6 +19,7 @@ from procedures.core.result import MISSING_PART, Notice
 from procedures.core.settings import Settings
 from procedures.core.steps import step
 from procedures.estimation.emf.hall import SENSORS, HallFault, HallFinding, HallJudgement, Switching, judge, switching
+from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 
@@ -138,24 +139,27 @@ class HallSensors(Procedure[HallSensorsSettings]):
             self.notice("hall", self._said(fault))
         if not result.explained:
             self.notice("hall", text("two of the Hall sensors' leads show the same sensor"))
-        inverted = sum(fault.fault is HallFault.INVERTED for fault in result.faults)
-        if 1 < inverted == sum(switched is not None for switched in seen.values()) or abs(result.offset) > _HALF_TURNED:
-            self.notice(
-                "hall-half-turn",
-                text(
-                    "all Hall sensors together look turned by about half an electrical turn. A probe on C and A instead of A and C, or a "
-                    "channel that inverts, looks the same: check the EMF's probe before the sensors. A motor that is made so has its "
-                    "place in the setting offset"
-                ),
-            )
+        self._half_turn = self._turned_by_half(seen, result)
         count = len({fault.lead for fault in result.faults}) or (0 if result.explained else 1)
         self.report(
             "hall_faults",
             ureal(float(count), 0.0),
             section=self.section,
             estimator="leads that are dead, swapped or inverted",
+            misfit=self._half_turn.of("hall_faults"),
         )
         return result
+
+    @staticmethod
+    def _turned_by_half(seen: Seen, judged: HallJudgement) -> Misfit:
+        """Return what is to be told of sensors that look half a turn off, as with an EMF's probe that is the wrong way round."""
+        inverted = sum(fault.fault is HallFault.INVERTED for fault in judged.faults)
+        all_inverted = 1 < inverted == sum(switched is not None for switched in seen.values())
+        if not all_inverted and abs(judged.offset) <= _HALF_TURNED:
+            return NO_MISFIT
+        doubted = ("hall_offset", "hall_faults") if all_inverted else ("hall_offset",)
+        figures: dict[str, float | str] = {"record": "hall", "offset": math.degrees(judged.offset)}
+        return Misfit((Finding(Cause.PROBE_FACTOR, Answer.WITHHELD, doubted, figures=figures),))
 
     @step("L6/4", "Offset of all sensors from {offset:g}°, their spacing of 120° and their duty of one half")
     def places(self, seen: Seen, found: HallJudgement) -> None:
@@ -171,6 +175,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
             unc.statistical("Hall edges: offset", math.degrees(found.offset), edge / math.sqrt(2.0 * len(alive))),
             section=self.section,
             estimator="mean of the sensors' edges against the EMF's zero, order and polarity put right",
+            misfit=self._half_turn.of("hall_offset"),
         )
         if math.isfinite(found.spacing):
             self.report(

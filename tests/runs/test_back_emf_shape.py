@@ -10,13 +10,18 @@ from bench.motor.motor_file import load_motor
 from bench.virtual.true_values import true_values
 from procedures.core.bench import ProcedureError
 from procedures.core.parameters import PARAMETERS
-from sim_instruments.bench import VirtualBench
+from sim_instruments.bench import BenchSetting, VirtualBench
+from sim_instruments.disturbances.bench import Disturbances
+from sim_instruments.disturbances.channel import ChannelPath
 from sim_instruments.instruments.errors import Errors, ScopeErrors
+from sim_instruments.physics.motor.defects import weak_pole
 from tests.runs.on_bench import measure, within
 from tests.studies.worlds.random_motors import draw_motor
 
 FILE = load_motor("lg-400w")
 MOTOR, PLATE = FILE.virtual_motor(), FILE.nameplate
+#: The rated speed (rad/s).
+RATED = PLATE.rated_speed_rpm * math.pi / 30.0
 
 
 @pytest.fixture
@@ -132,3 +137,55 @@ def test_wires_exchanged_inside_the_motor_are_found():
     with VirtualBench(inside, seed=4, sockets=False) as bench:
         assert measure(bench, PLATE, "phase-order").parameter("phase_order").value == -1.0
     assert true_values(PARAMETERS, inside)["phase_order"] == -1.0
+
+
+#: A motor that is none of the shipped ones, in delta, with many periods a second.
+DELTA = replace(MOTOR, connection="delta", pole_pairs=5, flux_linkage=0.011)
+
+
+def disturbed(motor, *channels, **path):
+    setting = BenchSetting(disturbances=Disturbances(channels={number: ChannelPath(**path) for number in channels}))
+    with VirtualBench(motor, seed=3, setting=setting, sockets=False) as bench:
+        return measure(bench, PLATE, "back-emf-shape"), true_values(PARAMETERS, motor)
+
+
+def holds(parameter, truth):
+    low, high = parameter.coverage_interval
+    return low <= truth <= high
+
+
+@pytest.mark.parametrize("path", [{"skew": 1e-4}, {"pole": 2000.0}, {"coupling_corner": 8.0}, {"compensation": 0.05}])
+def test_what_delays_a_channel_falls_out_of_the_angles_and_is_told(path):
+    result, truth = disturbed(DELTA, 1, **path)
+    assert holds(result.parameter("back_emf_angle_deviation"), truth["back_emf_angle_deviation"])
+    assert "channel-delay" in [notice.identifier for notice in result.warnings]
+
+
+@pytest.mark.parametrize("channels", [(1,), (1, 2, 3)])
+def test_a_channel_that_bends_the_wave_is_told_from_a_weak_magnet(channels):
+    weak = weak_pole(DELTA, 0.2)
+    result, truth = disturbed(weak, *channels, bow=0.02)
+    assert truth["back_emf_thd"] > 1.5
+    assert holds(result.parameter("back_emf_thd"), truth["back_emf_thd"])
+    assert [(row["cause"], row["answer"]) for row in result.findings["misfit"]] == [("distortion", "modelled")]
+
+
+def test_a_weak_magnet_is_no_distortion_of_a_channel():
+    weak = weak_pole(DELTA, 0.2)
+    result, truth = disturbed(weak)
+    assert holds(result.parameter("back_emf_thd"), truth["back_emf_thd"])
+    assert result.warnings == ()
+
+
+@pytest.mark.parametrize("channels", [(1,), (1, 2, 3)])
+def test_a_clipped_wave_has_neither_size_nor_distortion(channels):
+    result, truth = disturbed(DELTA, *channels, limit=0.8 * 0.5 * DELTA.back_emf_constant_mechanical * RATED)
+    assert {one.name for one in result.withheld} == {"back_emf_unbalance", "back_emf_thd"}
+    assert holds(result.parameter("back_emf_angle_deviation"), truth["back_emf_angle_deviation"])
+
+
+def test_hum_of_the_fundamental_s_frequency_is_avoided():
+    slow = replace(MOTOR, pole_pairs=2)
+    result, truth = disturbed(slow, 1, 2, 3, hum=0.2)
+    assert result.findings["frequency"] == pytest.approx(30.0, rel=0.01)
+    assert holds(result.parameter("back_emf_angle_deviation"), truth["back_emf_angle_deviation"])

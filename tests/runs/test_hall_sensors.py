@@ -54,9 +54,26 @@ def test_what_is_late_cancels_by_turning_both_ways_and_is_said(channels):
     assert not within(once["hall_offset"], 5.0)
 
 
-def test_a_probe_the_wrong_way_round_is_named_beside_the_sensors():
-    result, _ = checked(SimulatedHallSensors(), channels={1: ChannelPath(factor=-1.0)})
-    assert "hall-half-turn" in [notice.identifier for notice in result.warnings]
+@pytest.mark.parametrize("offset", [-40.0, 0.0, 6.0])
+def test_a_probe_the_wrong_way_round_is_named_and_no_offset_is_given(offset):
+    result, found = checked(SimulatedHallSensors(offset=math.radians(offset)), channels={1: ChannelPath(factor=-1.0)})
+    assert [(one.name, one.cause) for one in result.withheld] == [("hall_offset", "probe-factor")]
+    assert found["hall_faults"].value == 0.0
+    assert within(found["hall_spacing_deviation"], 0.0)
+
+
+def test_an_inverting_probe_and_a_dead_sensor_are_not_counted_as_three_faults():
+    result, found = checked(SimulatedHallSensors(stuck=((1, "low"),)), channels={1: ChannelPath(factor=-1.0)})
+    assert {one.name for one in result.withheld} >= {"hall_offset"}
+    assert "hall_faults" not in found or found["hall_faults"].value == 1.0
+
+
+def test_sensors_that_are_made_half_a_turn_off_are_measured_where_that_is_stated():
+    halls = SimulatedHallSensors(offset=math.radians(171.0))
+    assert [one.name for one in checked(halls)[0].withheld] == ["hall_offset"]
+    result, found = checked(halls, PLATE, "offset=180")
+    assert not result.withheld
+    assert within(found["hall_offset"], -9.0)
 
 
 def test_a_sensor_glued_in_the_wrong_place():

@@ -9,7 +9,8 @@ from bench.motor.motor_file import load_motor
 from procedures.core.bench import ProcedureError
 from procedures.core.procedure_error import OnlyBoundedError
 from procedures.verification.verifier import WiringError
-from sim_instruments.bench import VirtualBench
+from sim_instruments.bench import BenchSetting, VirtualBench
+from sim_instruments.disturbances.bench import Disturbances, ShaftSensors
 from sim_instruments.instruments.errors import DynamometerErrors, Errors
 from sim_instruments.physics.motor.defects import rubbing, shorted_turns
 from tests.runs.on_bench import measure, within
@@ -77,6 +78,43 @@ def test_a_drag_that_is_too_uneven_for_the_readings_is_bounded_from_below(peak):
     # It drags by the mean of (1 + cos φ)/2 of the peak besides.
     mean = truth(replace(MOTOR, coulomb_friction=MOTOR.coulomb_friction + 0.5 * peak), PLATE)
     assert 0.0 < error.low < mean
+
+
+#: A motor that is none of the shipped ones: one pole pair, high resistance.
+FEW = replace(
+    MOTOR,
+    pole_pairs=1,
+    phase_resistances=(0.5, 0.5, 0.5),
+    d_axis_inductance=1e-3,
+    q_axis_inductance=1e-3,
+    flux_linkage=0.04,
+)
+
+
+def disturbed(motor, **sensors):
+    setting = BenchSetting(disturbances=Disturbances(sensors=ShaftSensors(**sensors)))
+    with VirtualBench(motor, seed=2, setting=setting, sockets=False) as bench:
+        return measure(bench, PLATE, NAME)
+
+
+@pytest.mark.parametrize("motor", [MOTOR, FEW])
+def test_a_zero_that_drifts_between_the_two_drags_falls_out_and_is_told(motor):
+    result = disturbed(motor, torque_drift=0.01 * motor.coulomb_friction)
+    low, high = result.parameter("no_load_current").coverage_interval
+    assert low <= truth(motor, PLATE) <= high
+    assert {row["cause"] for row in result.findings["misfit"]} == {"torque-zero-drift"}
+
+
+def test_a_filter_that_nobody_states_is_waited_for():
+    result = disturbed(FEW, torque_filter=0.2)
+    low, high = result.parameter("no_load_current").coverage_interval
+    assert low <= truth(FEW, PLATE) <= high
+
+
+@pytest.mark.parametrize("slow", [{"torque_filter": 4.0}, {"torque_drift": 0.002}])
+def test_a_torque_that_never_settles_gives_no_figure(slow):
+    with pytest.raises(ProcedureError, match=r"still changes .* zero that drifts"):
+        disturbed(MOTOR, **slow)
 
 
 def test_a_tare_that_is_known_need_not_be_measured():

@@ -18,6 +18,19 @@ _SEEN_IN_EMF_DEAD_ZONE = {
         "range, and check whether this remains"
     ),
 }
+_SEEN_IN_HALL = {
+    Cause.PROBE_FACTOR: text(
+        "all Hall sensors together look turned by about half an electrical turn ({offset:.0f}°). A probe on C and A instead of A and C, or "
+        "a channel that inverts, looks the same: check the EMF's probe before the sensors. Where the motor is made so, state its place, "
+        "as in --set hall-sensors.offset=180"
+    ),
+}
+_SEEN_IN_EMF_BOTH_WAYS = {
+    Cause.DISTORTION: text(
+        "channel {channel} makes harmonics of even order, {share:.2%} of the fundamental, which do not change their sign with the EMF "
+        "where the shaft turns the other way: the probe, its amplifier or the converter is not linear. Use another probe or range"
+    ),
+}
 _SEEN_IN_EMF_MEMORY = {
     Cause.DISTORTION: text(
         "channel {channel} does not change after each turning point and then lags, as hysteresis of a core or a "
@@ -75,6 +88,8 @@ _SEEN_IN_EMF_TO_LINE = {
 }
 #: By the `record` that stands among a finding's figures.
 SENTENCES = {
+    "hall": _SEEN_IN_HALL,
+    "emf-both-ways": _SEEN_IN_EMF_BOTH_WAYS,
     "emf": _SEEN_IN_EMF,
     "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,
     "emf-memory": _SEEN_IN_EMF_MEMORY,

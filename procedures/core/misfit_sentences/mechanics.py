@@ -92,6 +92,13 @@ _SEEN_IN_TORQUE_CONSTANT_ALONE = {
         "which is wrong"
     ),
 }
+#: Of a drag that is the difference of two: `record` = "drag".
+_SEEN_IN_DRAG = {
+    Cause.TORQUE_ZERO: text(
+        "the torque's zero moved by {drift:.3g} N·m ({share:.1%} of the motor's drag) in {time:.0f} s, from the dynamometer alone to the "
+        "motor: turning both ways takes it out of the drag, if it moves evenly. Let the transducer warm up"
+    ),
+}
 #: By the `record` that stands among a finding's figures.
 SENTENCES = {
     "coast": _SEEN_IN_COAST,
@@ -101,6 +108,7 @@ SENTENCES = {
     "ramp-tried": _SEEN_IN_RAMP_TRIED,
     "cogging": _SEEN_IN_COGGING,
     "cogging-half": _SEEN_IN_COGGING_HALF,
+    "drag": _SEEN_IN_DRAG,
     "torque-constant": _SEEN_IN_TORQUE_CONSTANT,
     "torque-constant-alone": _SEEN_IN_TORQUE_CONSTANT_ALONE,
 }

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,7 +24,8 @@ class EmfShape:
     `flux` (3,) fundamental amplitude over electrical speed (V·s/rad), `flux_uncertainty` its relative standard uncertainty;
     `spacings` (3,) from the first channel to the second, the second to the third, the third to the first (rad, positive, of
     sum 2π) with `spacing_uncertainty`; `thd` (3,) with `thd_uncertainty`; `harmonics` (3, N) complex amplitudes over the
-    fundamental's, orders 1 … N; `forwards` whether the channels follow each other in their order.
+    fundamental's, orders 1 … N, at the crest of each channel's fundamental, with `noise` (3,) on each of their axes; `forwards` whether
+    the channels follow each other in their order.
     """
 
     frequency: float
@@ -35,7 +36,51 @@ class EmfShape:
     thd: FloatArray
     thd_uncertainty: float
     harmonics: NDArray[np.complex128]
+    noise: FloatArray
     forwards: bool
+
+    def with_backwards(self, back: "EmfShape") -> "EmfShape":
+        """Return the mean of this and one of the shaft turning the other way: what delays a channel in time is late by the opposite
+        angle there, and falls out of the spacings. A wave that a channel bends keeps its sign where the EMF changes it, and falls out of
+        the harmonics of even order.
+        """
+        share = 0.5 * (self.harmonics + self._mirrored(back))
+        own = 0.5 * np.hypot(self.noise, back.noise)
+        thd, _ = _distortion(share, own)
+        return replace(
+            self,
+            flux=0.5 * (self.flux + back.flux),
+            # Rounding at the same angles of a turn, and what the channels pick up of the mains, are no noise that a second record halves.
+            flux_uncertainty=max(self.flux_uncertainty, back.flux_uncertainty),
+            spacings=0.5 * (self.spacings + back.spacings),
+            spacing_uncertainty=max(self.spacing_uncertainty, back.spacing_uncertainty),
+            thd=thd,
+            thd_uncertainty=max(self.thd_uncertainty, back.thd_uncertainty),
+            noise=own,
+            harmonics=share,
+        )
+
+    def bent(self, back: "EmfShape") -> tuple[FloatArray, FloatArray]:
+        """Return how much each channel bends the wave, by its harmonics of even order that turning the other way does not turn: their rms
+        (3,) over the fundamental's, noise taken out, and its uncertainty.
+        """
+        left = 0.5 * (self.harmonics - self._mirrored(back))[:, 1::2]
+        own = 0.5 * np.hypot(self.noise, back.noise)
+        size = np.sqrt(np.maximum(np.sum(np.abs(left) ** 2, axis=1) - 2.0 * left.shape[1] * own**2, 0.0))
+        return size, own * math.sqrt(2.0 * left.shape[1])
+
+    @staticmethod
+    def _mirrored(back: "EmfShape") -> NDArray[np.complex128]:
+        """Return the harmonics of a shaft that turns the other way as those of this way: its wave runs backwards and upside down."""
+        sign = np.where(np.arange(1, back.harmonics.shape[1] + 1) % 2 == 0, -1.0, 1.0)
+        return np.asarray(sign * np.conj(back.harmonics))
+
+    def lags(self, back: "EmfShape") -> FloatArray:
+        """Return by how much (rad) the second channel is later in time than the first, the third than the second, the first than the
+        third, by the shape of the shaft turning the other way.
+        """
+        lags = 0.5 * (self.spacings - back.spacings)
+        return lags if self.forwards else -lags
 
 
 def emf_shape(
@@ -74,7 +119,8 @@ def emf_shape(
     )
     # Of the fundamental, on each of its two axes; what the converter's steps leave is no noise, but as large.
     own = np.hypot(noise * math.sqrt(2.0 / t.size), steps / fit.electrical_speed / math.sqrt(t.size / 8.0 + 1.0)) / size
-    share = phasors / phasors[:, :1]
+    crest = np.exp(-1j * np.angle(phasors[:, :1]) * np.arange(1, highest + 1))
+    share = phasors * crest / size[:, None]
     thd, thd_uncertainty = _distortion(share, own)
     angles = np.angle(phasors[:, 0])
     steps_back = np.mod(angles - np.roll(angles, -1), 2.0 * math.pi)
@@ -89,6 +135,7 @@ def emf_shape(
         thd=thd,
         thd_uncertainty=thd_uncertainty,
         harmonics=share,
+        noise=own,
         forwards=forwards,
     )
 

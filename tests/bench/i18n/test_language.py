@@ -91,7 +91,8 @@ INPUTS = (
     "estimate",
     "with_errors",
     "_mean",
-    "_drag",
+    "_torque",
+    "_backwards",
     "_quantities",
 )
 
