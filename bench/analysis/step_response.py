@@ -195,7 +195,7 @@ def analyze_step_response(
         voltage_offset=fit.value("voltage_offset") if "voltage_offset" in fit.names else None,
         residual_rms=fit.residual_rms,
         winding_inductance=winding,
-        note_time_constant_63=estimated(capture, lambda: time_constant_63(time[read], i.values[read])),
+        note_time_constant_63=_read_off(time[read], i.values[read]),
     )
     return outcome.as_dict()
 
@@ -212,6 +212,14 @@ def _fit(time: FloatArray, v: CaptureChannel, i: CaptureChannel, shift: float = 
         voltage_ends=(ends[0] + shift, ends[1] + shift) if ends else None,
         current_ends=i.ends,
     )
+
+
+def _read_off(time: FloatArray, current: FloatArray) -> float | None:
+    """Return the time constant (s) as read off a screen, None where hum or noise hides it there."""
+    try:
+        return time_constant_63(time, current)
+    except EstimationError:
+        return None
 
 
 def _refuse_two_voltages(capture: Capture, current: str | None) -> None:

@@ -37,6 +37,7 @@ CAUSES = {
     "saturation": Cause.SATURATION,
     "eddy": Cause.SECOND_TIME_CONSTANT,
     "hum": Cause.HUM,
+    "large hum": Cause.HUM,
     "voltage hum": Cause.HUM,
     "slope": Cause.SLOPE,
     "divider": Cause.COMPENSATION,

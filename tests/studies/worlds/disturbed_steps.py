@@ -260,6 +260,8 @@ def row(name: str, count: int, *seed: int) -> Batch:
                 batch.coupling, batch.closed = batch.spread(0.03, 0.5), batch.spread(2.0, 30.0)
             case "hum":
                 batch.hum = batch.spread(1e-4, 0.03)
+            case "large hum":
+                batch.hum = batch.spread(0.3, 4.0)
             case "voltage hum":
                 batch.voltage_hum = batch.spread(1e-4, 0.03)
             case "slope":
@@ -305,6 +307,7 @@ ROWS = (
     "saturation, magnets",
     "eddy",
     "hum",
+    "large hum",
     "voltage hum",
     "hum + voltage hum",
     "slope",

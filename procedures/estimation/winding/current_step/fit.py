@@ -7,7 +7,7 @@ import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.nonlinear import solve
-from procedures.estimation.winding.current_step.circuit import NAMES, Whitener, response_and_slopes, whitener
+from procedures.estimation.winding.current_step.circuit import NAMES, Whitener, response, response_and_slopes, whitener
 from procedures.estimation.winding.current_step.record import StepRecord
 from procedures.estimation.winding.current_step.term import StepModel, StepScale, Term
 
@@ -70,6 +70,15 @@ def problem(record: StepRecord, resistance: float, inductance: float, offset: fl
     level = float(np.max(np.abs(record.current - offset)))
     sizes = np.array([resistance, inductance, level, known[3] or 1.0, known[4] or 1.0])
     return Problem(record, known, whitener(record, resistance, inductance), sizes)
+
+
+def scale_of(record: StepRecord, fitted: Fitted) -> StepScale:
+    """Return the units of the terms' figures."""
+    end = float(np.mean(response(record, fitted.full)[-max(3, record.time.size // 50) :]))
+    begin = float(record.time[max(record.jump if record.sharp else record.edge, 0)])
+    level = end if end else float(np.ptp(record.current))
+    length = float(record.time[-1] - record.time[0])
+    return StepScale(fitted.full[1] / fitted.full[0], level, begin, length)
 
 
 def fit_plain(step: Problem, start: FloatArray) -> tuple[Problem, Fitted]:

@@ -48,7 +48,7 @@ class HumOfBoth(Term):
 
     def beside(self, time: FloatArray, scale: StepScale, figures: FloatArray) -> FloatArray | float:
         """Return what is read beside the current (A): its own hum, and what the voltage's would have driven and did not."""
-        waves = _waves(self.frequency, time, scale)
+        waves = mains_waves(self.frequency, time, scale)
         read = self._volts(figures) @ (waves - np.array(self.means)[:, None])
         read = np.where(time > self.edge, read, 0.0)
         step = float(time[1] - time[0])
@@ -78,7 +78,8 @@ class HumOfBoth(Term):
         return np.asarray(np.array(self.shown) + np.array(self.spread) @ figures[2:])
 
 
-def _waves(frequency: float, time: FloatArray, scale: StepScale) -> FloatArray:
+def mains_waves(frequency: float, time: FloatArray, scale: StepScale) -> FloatArray:
+    """Return sine and cosine (2, n) of a frequency (Hz), from the step on."""
     angle = 2.0 * np.pi * frequency * (time - scale.begin)
     return np.array((np.sin(angle), np.cos(angle)))
 
@@ -115,7 +116,7 @@ def hum_of_voltage(step: Problem, fitted: Fitted, scale: StepScale) -> HumOfVolt
     for frequency in MAINS:
         if frequency * record.step >= 0.4:
             continue
-        waves = _waves(frequency, record.time[before], scale)
+        waves = mains_waves(frequency, record.time[before], scale)
         means = np.mean(waves, axis=1)
         # The voltage's offset is free.
         axes, sizes, shapes = np.linalg.svd((waves - means[:, None]) / noise, full_matrices=False)

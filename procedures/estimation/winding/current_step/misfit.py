@@ -7,12 +7,13 @@ import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, none_explains, score_test
+from procedures.estimation.fitting.noise import MAINS
 from procedures.estimation.winding.current_step.bends import bend_in
 from procedures.estimation.winding.current_step.divider import Divider, divider_in
-from procedures.estimation.winding.current_step.fit import Fitted, Problem, fit_with
+from procedures.estimation.winding.current_step.fit import Fitted, Problem, fit_with, scale_of
 from procedures.estimation.winding.current_step.hum import HumOfBoth, hum_of_voltage
+from procedures.estimation.winding.current_step.large_hum import LargeHum, seen_before
 from procedures.estimation.winding.current_step.lost_samples import LostSamples, elsewhere, lost_in, soon_lost
-from procedures.estimation.winding.current_step.record import StepRecord
 from procedures.estimation.winding.current_step.ringing import Resonance, RingingEdge, ringing_in
 from procedures.estimation.winding.current_step.saturation import BentChannel, bent, lost, rises
 from procedures.estimation.winding.current_step.term import StepModel, StepScale, Term, figures_of
@@ -69,15 +70,6 @@ class StepJudgement:
     score: Score
 
 
-def scale_of(record: StepRecord, fitted: Fitted) -> StepScale:
-    """Return the units of the terms' figures."""
-    end = float(np.mean(fitted.current[-max(3, fitted.current.size // 50) :])) - fitted.full[2]
-    begin = float(record.time[max(record.jump if record.sharp else record.edge, 0)])
-    level = end if end else float(np.ptp(record.current))
-    length = float(record.time[-1] - record.time[0])
-    return StepScale(fitted.full[1] / fitted.full[0], level, begin, length)
-
-
 def tested(step: Problem, fitted: Fitted, scale: StepScale) -> tuple[list[Direction], Score]:
     """Return the directions that a record was tested for, and what was seen of them."""
     record = step.record
@@ -93,17 +85,21 @@ def tested(step: Problem, fitted: Fitted, scale: StepScale) -> tuple[list[Direct
 def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     """Search for what a plain fit does not hold, and return the fit with it, with what it does to the uncertainties.
 
-    A direction counts as seen beyond `alarm` standard deviations.
+    A direction counts as seen beyond `alarm` standard deviations. Where `plain` has a term, it is that of large hum.
     """
     scale = scale_of(step.record, plain)
     accepted = min(_ACCEPTED, _ACCEPTED * (alarm / ALARM) ** 2)
     fitted, seen, rounds = plain, {}, [[plain]]
     hums = hum_of_voltage(step, plain, scale)
-    if hums.certain and (found := list(_possible(step, [(hum,) for hum in hums.terms], fitted, scale, np.inf))):
-        # What the voltage shows before the step is there, whatever else is.
+    large = [LargeHum(frequency) for frequency in MAINS] if plain.terms else []
+    certain = hums.certain or bool(large)
+    begun: list[tuple[Term, ...]] = [(hum,) for hum in (*large, *hums.terms)] if certain else []
+    if found := list(_possible(step, begun, fitted, scale, np.inf)):
+        # What voltage or current show before the step is there, whatever else is.
         rounds.append(found)
         fitted = min(found, key=lambda f: f.cost)
-        seen[fitted.terms[0]] = hums.score
+        by_frequency = (seen_before(step.record, f) for f in MAINS) if large else ()
+        seen[fitted.terms[0]] = max((hums.score, *by_frequency))
     named, score = tested(step, fitted, scale)
     ring, lost = ringing_in(step, fitted, scale, alarm=alarm), lost_in(step, fitted, scale, alarm=alarm)
     while len(fitted.terms) < _MOST_TERMS:
@@ -157,7 +153,7 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     within = [k for k, d in enumerate(named) if d.family in modelled]
     growth = score.growth(within, chance=chance)[: len(step.names)]
     # What leaves a figure open withholds it.
-    opening = [*of_both, *(t for t in fitted.terms if t.cause is Cause.AC_COUPLED)]
+    opening = [*of_both, *(t for t in fitted.terms if t.cause is Cause.AC_COUPLED or isinstance(t, LargeHum))]
     if opening:
         beyond = no_figure(fitted, values, growth, apart)
         if any(beyond):
@@ -174,9 +170,9 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         unknown = [Finding(Cause.UNEXPLAINED, a, (n,), unexplained) for a, n in zip(answers, step.names, strict=False)]
         if all(beyond):
             # What the voltage shows before the step is no trial.
-            certain = [g for g in findings if hums.certain and g.cause is Cause.HUM]
-            in_vain = [g for g in findings if g not in certain]
-            findings, unknown = certain, [none_explains(each, in_vain, "step") for each in unknown]
+            hum = [g for g in findings if certain and g.cause is Cause.HUM]
+            in_vain = [g for g in findings if g not in hum]
+            findings, unknown = hum, [none_explains(each, in_vain, "step") for each in unknown]
         findings += unknown
     return StepJudgement(fitted, values, growth, apart, tuple(findings), tuple(named), score)
 

@@ -17,8 +17,9 @@ from procedures.estimation.winding.current_step.circuit import voltage_shares
 from procedures.estimation.winding.current_step.clipping import Ends, fit_flat_top, fit_unclipped, without_end
 from procedures.estimation.winding.current_step.closed_circuits import other_axis_errors
 from procedures.estimation.winding.current_step.codes import limited_from, too_coarse
-from procedures.estimation.winding.current_step.fit import Fitted, Problem, fit_plain, problem
-from procedures.estimation.winding.current_step.misfit import COARSE_ALARM, StepJudgement, judge, scale_of
+from procedures.estimation.winding.current_step.fit import Fitted, Problem, fit_plain, problem, scale_of
+from procedures.estimation.winding.current_step.large_hum import fit_beside_hum, hidden_by_hum, hums_at_sight
+from procedures.estimation.winding.current_step.misfit import COARSE_ALARM, StepJudgement, judge
 from procedures.estimation.winding.current_step.pulse import ended_from
 from procedures.estimation.winding.current_step.record import StepRecord, read_step
 from procedures.estimation.winding.current_step.start import start_of
@@ -112,22 +113,17 @@ def _fit(time: ArrayLike, voltage: FloatArray, current: FloatArray, known: _Know
     record = replace(record, other_axis=other_axis)
     if clipped := without_end(record, voltage_ends, current_ends):
         record, cut = clipped
-    start = start_of(record)
-    step, plain = fit_plain(problem(record, *start[:3]), start)
-    if cut is not None:
-        step, plain = fit_unclipped(step, plain, cut)
-    elif flat := fit_flat_top(step, plain):
-        # A corner takes several terms, which take long to find.
-        step, plain, cut = flat
+    step, plain, cut = _begun(record, cut)
     record = step.record
     _check_window(record, plain.full)
     used = slice(None) if record.kept is None else record.kept > 0.0
-    coarse = too_coarse(record.current[used], plain.current[used], current_resolution)
+    # Hum carries the current across its codes as noise does.
+    coarse = not plain.terms and too_coarse(record.current[used], plain.current[used], current_resolution)
     seen_by = max(alarm, COARSE_ALARM) if coarse else alarm
     judged = judge(step, plain, alarm=seen_by)
     # Or none explains it.
     several = len(judged.fitted.terms) > 1 or any(f.cause is Cause.UNEXPLAINED for f in judged.findings)
-    if cut is None and several and (flat := fit_flat_top(step, plain, judged.fitted.current)):
+    if cut is None and several and not plain.terms and (flat := fit_flat_top(step, plain, judged.fitted.current)):
         step, plain, cut = flat
         record = step.record
         judged = judge(step, plain, alarm=seen_by)
@@ -169,6 +165,27 @@ def _fit(time: ArrayLike, voltage: FloatArray, current: FloatArray, known: _Know
         judged=judged,
         plain=np.diag(plain_covariance),
     )
+
+
+def _begun(record: StepRecord, cut: float | None) -> tuple[Problem, Fitted, float | None]:
+    """Return the fit with which the search for causes begins, and the level (A) at which the current is cut off: `cut`, or a flat top."""
+    hums, hidden = hums_at_sight(record), hidden_by_hum(record)
+    if hidden and cut is not None:
+        # A top that hum moves along the record does not tell what lies below it.
+        raise hidden
+    try:
+        if hums:
+            return *fit_beside_hum(record, hums), None
+        start = start_of(record)
+        step, plain = fit_plain(problem(record, *start[:3]), start)
+        if cut is not None:
+            return *fit_unclipped(step, plain, cut), cut
+    except EstimationError as error:
+        if hidden:
+            raise hidden from error
+        raise
+    # A corner takes several terms, which take long to find.
+    return fit_flat_top(step, plain) or (step, plain, None)
 
 
 def _covariance(judged: StepJudgement, beside: FloatArray) -> FloatArray:
