@@ -37,7 +37,7 @@ from procedures.techniques.winding.alignment import aligning
 from procedures.techniques.winding.dq_axes import connection_of, require
 from procedures.techniques.winding.plots import aligned_plot
 from procedures.techniques.winding.short_correction import short_correct
-from procedures.techniques.winding.slow_inductance import Slow, slow_inductance
+from procedures.techniques.winding.slow_inductance import Slow, slow_inductance, tell_hidden
 from procedures.techniques.winding.supply_voltage import within_voltage
 from procedures.verification.settings import SupplyWiringSettings
 
@@ -221,6 +221,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
 
     def _conclude(self, at_d: Position, at_q: Position) -> None:
         d, q = self._allowed_for(at_d, at_q)
+        tell_hidden(self, (at_d.slow, at_q.slow), self.settings.frequency)
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
         halved = {"d": 0.5 * float(d.x), "q": 0.5 * float(q.x)}
         self.findings["halved_readings"] = halved

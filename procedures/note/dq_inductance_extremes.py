@@ -39,7 +39,7 @@ from procedures.techniques.instrument_choice import InstrumentChoice, choose_for
 from procedures.techniques.winding.dq_axes import connection_of
 from procedures.techniques.winding.plots import SweepPlot
 from procedures.techniques.winding.short_correction import short_correct
-from procedures.techniques.winding.slow_inductance import UNCHANGED, Slow, slow_inductance
+from procedures.techniques.winding.slow_inductance import UNCHANGED, Slow, slow_inductance, tell_hidden
 from procedures.verification.settings import WiringSettings
 
 #: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.
@@ -339,6 +339,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                     "half the reading. Both are given"
                 ),
             )
+        tell_hidden(self, (sweep.slow,), self.settings.frequency)
         for name, axis in _NAMES:
             reading = self.bench.uncertainties.instrument("LCR meter", found[axis], sweep.accuracy) * sweep.slow.ratio
             self.report(

@@ -96,6 +96,17 @@ def second_circuit(readings: Sequence[SeriesReading], slowest: float) -> SecondC
     return SecondCircuit(float(time_constants[best]), coupled / slow, math.sqrt(score), inductance, resistance)
 
 
+def hidden_share(readings: Sequence[SeriesReading], slowest: float) -> float:
+    """Return the largest share by which the inductance for slow changes may exceed that at the highest frequency for circuits that
+    readings, the highest frequency first, leave unseen: with time constants up to `slowest` (s), every reading within its limit of error.
+    """
+    omega = 2.0 * np.pi * np.array([r.frequency for r in readings])
+    measured = np.array([*(r.resistance for r in readings), *(r.inductance for r in readings)])
+    spread = np.array([*(r.u_resistance for r in readings), *(r.u_inductance for r in readings)])
+    held = _mixtures(omega, measured, _LIMIT * spread, slowest, 1.0)
+    return 0.0 if held is None else max(held[1].high / readings[0].inductance - 1.0, 0.0)
+
+
 def _mixtures(
     omega: FloatArray, measured: FloatArray, limits: FloatArray, slowest: float, room: float
 ) -> tuple[Interval, Interval] | None:

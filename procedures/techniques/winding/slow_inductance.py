@@ -13,7 +13,7 @@ from drivers.interfaces.text import text
 from procedures.core.procedure import Procedure
 from procedures.estimation.fitting.intervals import Interval
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
-from procedures.estimation.winding.second_circuit import SeriesReading, second_circuit
+from procedures.estimation.winding.second_circuit import SeriesReading, hidden_share, second_circuit
 
 #: Lower frequencies over the test frequency, off the mains' where that is 1 kHz, and the lowest (Hz), which tells the resistance.
 _LOWER, _LOWEST = (0.25, 0.09, 0.04), 20.0
@@ -23,6 +23,8 @@ _HIGHER = (4.0, 2.0)
 _IRON, _ANY = 5e-3, 0.03
 #: A difference from this share of the inductance on is told; an interval beyond this share says nothing.
 _LEAST, _MOST = 2e-3, 0.25
+#: Most circuits of magnets, iron and shorted turns are quicker than this (s); what of them may be hidden is told from this share on.
+_USUAL, _TOLD = 1e-3, 0.1
 _RECTANGULAR = 1.0 / math.sqrt(3.0)
 #: One fast circuit lies at an end of what any number of them allows: 95 % of a rectangular distribution are to reach beyond it.
 _TO_THE_ENDS = 1.1
@@ -32,13 +34,15 @@ _TO_THE_ENDS = 1.1
 class Slow:
     """Inductance, or resistance, for slow changes over that at the test frequency, and what was seen.
 
-    `most` is the largest share of a resistance that is not the winding's, by `unlike` it differs between lines.
+    `most` is the largest share of a resistance that is not the winding's, by `unlike` it differs between lines. `hidden` is the share by
+    which an inductance may be larger for circuits that the bridge's limits of error hide.
     """
 
     ratio: UncertainReal
     misfit: Misfit = NO_MISFIT
     most: float = 0.0
     unlike: float = 0.0
+    hidden: float = 0.0
 
 
 #: Where nothing was read at other frequencies.
@@ -54,9 +58,11 @@ def slow_inductance(
     """
     lower = [share * frequency for share in _LOWER if share * frequency >= 2.0 * _LOWEST]
     readings = _read(procedure, frequency, (*lower, _LOWEST), level, aperture) if lower else ()
-    found = second_circuit(readings, _IRON) if readings else None
-    if found is None:
+    if not readings:
         return UNCHANGED
+    found = second_circuit(readings, _IRON)
+    if found is None:
+        return Slow(ureal(1.0, 0.0), hidden=hidden_share(readings, _USUAL))
     at_frequency = readings[0].inductance
     held = found.inductance or Interval(0.0, 2.0 * at_frequency)
     inductance, half_width = (held.low + held.high) / 2.0, _TO_THE_ENDS * (held.high - held.low) / 2.0
@@ -77,6 +83,23 @@ def slow_inductance(
     # What is too little to be told, as a skin effect in the wire leaves it, is in the interval all the same.
     told = answer is Answer.WITHHELD or inductance - at_frequency > _LEAST * at_frequency
     return Slow(ratio, Misfit((finding,)) if told else NO_MISFIT)
+
+
+def tell_hidden(procedure: Procedure[Any], axes: Sequence[Slow], frequency: float) -> None:
+    """Say up to which share of an inductance at a frequency (Hz) closed circuits would be hidden, where that is much."""
+    share = max((axis.hidden for axis in axes), default=0.0)
+    procedure.findings["hidden_circuits"] = share
+    if share > _TOLD:
+        procedure.notice(
+            "hidden-circuits",
+            text(
+                "at so low an impedance the bridge's limits of error hide closed circuits (solid magnets or iron, a shorted turn): for "
+                "slow changes the inductance may be larger than at {frequency:g} Hz, by up to {share:.0%} for circuits of up to 1 ms. "
+                "dq-inductance-time-constant shows them",
+                frequency=frequency,
+                share=share,
+            ),
+        )
 
 
 def slow_resistance(

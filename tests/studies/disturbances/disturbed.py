@@ -26,7 +26,7 @@ from tests.studies.worlds.random_motors import draw_motor
 from tests.studies.worlds.units_in_use import as_sold
 
 #: Notices that say how a figure was found, and nothing against it.
-_ORDINARY = re.compile(r"E\d+|raised-step|saliency|delta-from-outside")
+_ORDINARY = re.compile(r"E\d+|raised-step|saliency|delta-from-outside|hidden-circuits")
 #: A data sheet's flux linkage is off by up to this share.
 _STATED = 0.05
 #: The figures that are one another times a number are one.

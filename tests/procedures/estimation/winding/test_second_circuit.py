@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.estimation.winding.second_circuit import SeriesReading, second_circuit
+from procedures.estimation.winding.second_circuit import SeriesReading, hidden_share, second_circuit
 from sim_instruments.instruments.keysight.e4980a.accuracy import basic_accuracy, short_offset
 
 FREQUENCIES = (1000.0, 250.0, 90.0, 40.0, 20.0)
@@ -121,3 +121,18 @@ def test_a_field_that_diffuses_into_solid_iron_is_held():
     assert found is not None
     assert found.inductance.low <= 3.8e-3 <= found.inductance.high
     assert found.inductance.high - found.inductance.low < 0.15 * 3.8e-3
+
+
+@pytest.mark.parametrize("winding", WINDINGS)
+@pytest.mark.parametrize("time_constant", [1e-4, 3e-4, 1e-3])
+def test_what_is_hidden_is_no_less_than_a_circuit_that_is_not_seen(winding, time_constant):
+    clean = readings(*winding, [0.0] * 10)
+    hidden = hidden_share(clean, 1e-3)
+    assert 0.0 < hidden < 1.0
+    unseen = 0
+    for coupling in (1e-4, 0.003, 0.01, 0.03, 0.1):
+        read = readings(*winding, [0.0] * 10, coupling=coupling, time_constant=time_constant)
+        if second_circuit(read, IRON) is None:
+            unseen += 1
+            assert winding[0] <= read[0].inductance * (1.0 + hidden_share(read, 1e-3)) * (1.0 + ROUNDING)
+    assert unseen > 0
