@@ -280,7 +280,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
     def _torque(self, what: str, also: Callable[[], None] = lambda: None) -> _Torque:
         """Return the mean torque after settling; `also` is done beside each reading.
 
-        The first one is waited for until it no longer changes, and all others as long. Raises ProcedureError where it always does.
+        The first one is waited for until it no longer changes, and all others until then. Raises ProcedureError where it always does.
         """
         if self._settle is not None:
             return self._settled(what, self._settle, also)
@@ -292,7 +292,8 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
             spread = math.hypot(last.shown.uncertainty, again.shown.uncertainty)
             resolution = _ROUNDED * again.resolution
             if abs(again.shown.mean - last.shown.mean) <= ALARM * math.hypot(spread, resolution):
-                self._settle = wait
+                # The shorter wait has been shown to be enough.
+                self._settle = wait / _TIMES
                 return again
             last = again
         raise ProcedureError(
