@@ -39,8 +39,14 @@ def diagnose(
 
 
 def _is_outside(figure: MeasuredFigure) -> bool:
-    """Say whether a figure that failed is itself beyond its limits: one that only its uncertainty reaches over them accuses no part."""
-    return figure.verdict is Verdict.FAIL and not figure.low <= figure.value <= figure.high
+    """Say whether a figure that failed is itself beyond its limits, and farther from their middle than it may be wrong.
+
+    One that only its uncertainty reaches over them, or that may as well be the middle, accuses no part.
+    """
+    if figure.verdict is not Verdict.FAIL or figure.low <= figure.value <= figure.high:
+        return False
+    middle = 0.5 * (figure.low + figure.high)
+    return not (math.isfinite(middle) and abs(figure.value - middle) <= figure.expanded)
 
 
 def _over_middle(figure: MeasuredFigure) -> float:

@@ -51,6 +51,9 @@ from bench.safety.ownership.owner import Owner
 from bench.safety.ownership.stations import owning_stations
 from drivers.interfaces.text import Text, text
 
+#: So many serial numbers that were scanned and not tested are named.
+_NAMED = 20
+
 
 @dataclass
 class Counts:
@@ -198,6 +201,8 @@ def _run(
             coordinator = Coordinator(line, batch, checks, admission, writer, log, listeners, workers, owner)
             panel.open(folder, coordinator.stop, desk.permit)
             stopped = coordinator.run()
+            if isinstance(serials, QueuedSerials) and (not isinstance(serials, ScannedSerials) or stream.isatty()):
+                _tell_untested(list(dict.fromkeys(serials.left())), listeners)
             counts.held_up = admission.held_up
             counts.undecidable = limits.notes
             braked = any(not brake.socket for brake in counts.brakes) or not admission.ended
@@ -211,6 +216,17 @@ def _run(
                     )
                 )
             return stopped
+
+
+def _tell_untested(serials: Sequence[str], listener: BatchListener) -> None:
+    """Say which serial numbers a person has scanned for a batch that ended before a socket took them."""
+    if serials:
+        listener.trouble(
+            text(
+                "scanned and not tested, because the batch ended before: {serials}. Scan them again when it goes on",
+                serials=[*serials[:_NAMED], *(["…"] if len(serials) > _NAMED else [])],
+            )
+        )
 
 
 def _admission(

@@ -5,6 +5,7 @@ import queue
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Generator
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
@@ -157,6 +158,14 @@ class QueuedSerials(SerialNumbers):
             return self._lines.get_nowait()
         except queue.Empty:
             return None
+
+    def left(self) -> list[str]:
+        """Return, and forget, what was put in and not taken."""
+        left = []
+        with suppress(queue.Empty):
+            while True:
+                left.append(self._lines.get_nowait())
+        return left
 
     def close(self) -> None:
         """Close it; what was put in and not taken is lost."""

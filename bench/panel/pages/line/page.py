@@ -150,10 +150,14 @@ class _LinePage:
             wrong = True
         elif not running:
             words = say(text("The batch has ended."))
+            if message is not None and message["kind"] == "trouble":
+                words, wrong = f"{words} ✗ {say(restore_text(message['text']))}", True
         elif state["ending"]:
             words = say(text("The batch ends: {how}", how=restore_text(state["ending"])))
         elif not scans and (message is None or message["kind"] == "begun"):
             words = say(text("Serial numbers come from where the batch was begun."))
+        elif message is None and state["waiting"]:
+            words = say(text("Scanned: {count}. The sockets are being made ready.", count=state["waiting"]))
         elif message is None:
             words = say(text("Scan the first motor."))
         elif message["kind"] == "begun" and not _stands(state, message):

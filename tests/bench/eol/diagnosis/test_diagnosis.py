@@ -235,6 +235,13 @@ def test_all_three_windings_alike_and_too_large_are_one_finding() -> None:
     assert "R +10.6 %" in one.words.render()
 
 
+@pytest.mark.parametrize(("expanded", "codes"), [(0.0016, ["WINDING"]), (0.0018, [])])
+def test_a_figure_that_may_as_well_be_the_type_s_accuses_no_part(expanded: float, codes: list[str]) -> None:
+    """It fails, for shared guard bands take the figure as it is; 1.7 mΩ of deviation at ± 1.8 mΩ are no finding."""
+    failed = replace(figure("stator_resistance", 0.0177, 0.0152, 0.0168), expanded=expanded)
+    assert [each.code for each in diagnose({}, [failed], ())] == codes
+
+
 @pytest.mark.parametrize(
     ("factor", "odd", "code"), [(1.1, 1.028, "WINDING"), (1.0, 1.2, "JOINT-A"), (1.02, 1.2, "JOINT-A")]
 )

@@ -1,5 +1,6 @@
 """Whole batches on virtual benches, each socket a process of its own."""
 
+import io
 import json
 import os
 import signal
@@ -8,13 +9,14 @@ import threading
 from collections import Counter
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from bench.eol.line.admission.next_motor import RefusedSerial
-from bench.eol.line.batch import Counts, _Counting
+from bench.eol.line.batch import Counts, _Counting, run_batch
 from bench.eol.line.batch_log import FILE
 from bench.eol.line.record_writer import own_records
 from bench.eol.motor_yield import MotorYield
@@ -125,6 +127,23 @@ def test_a_batch_that_was_stopped_goes_on_where_it_was(bench: Any) -> None:
     bench.listener.records.clear()
     counts, _ = bench.run()
     assert (counts.motors, counts.refused, bench.listener.records) == (0, 0, []), "nothing is left to do"
+
+
+def test_what_was_scanned_and_not_tested_when_a_batch_is_stopped_is_named(bench: Any) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    bench.listener.when_begun = lambda _: os.kill(os.getpid(), signal.SIGINT)
+    request = replace(bench.request, motors=None, sockets=1)
+    _, stopped = run_batch(request, bench.listener, Terminal("A1\nA2\nA3\nA2\n"), bench.fork_server)
+    assert stopped == "Ctrl-C"
+    (told,) = [words for words in bench.listener.troubles if words.startswith("scanned and not tested")]
+    assert "batch ended before: A2, A3. Scan them again" in told
+    bench.listener.troubles.clear()
+    bench.run("A2\nA3\n", motors=None, sockets=1)
+    # Of a pipe whoever filled it knows what is in it.
+    assert not any(words.startswith("scanned") for words in bench.listener.troubles)
 
 
 def test_a_batch_whose_motors_were_tested_before_is_not_done(bench: Any, call: Call) -> None:
