@@ -29,6 +29,7 @@ _SIX_STEP = ("equivalent-resistance", "no-load-current-six-step")
 _SETTINGS = {
     "equivalent-resistance": ("loads=[0.5]",),
     "load-points": ("speed_shares=[1.0]", "current_shares=[0.5, 1.0]", "readings=3"),
+    "open-circuit": ("speeds=3",),
 }
 
 
