@@ -10,7 +10,7 @@ from GTC.lib import UncertainReal
 from drivers.interfaces import Accuracy
 from drivers.interfaces.text import text
 from procedures.core.procedure import Procedure
-from procedures.estimation.fitting.misfit import Misfit
+from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.estimation.winding.resistance import at_temperature
 from procedures.estimation.winding.short_circuit import D_INDUCTANCE, RESISTANCE, SALIENCY, current, d_axis_current
 from procedures.maps.magnets import coefficient_between
@@ -26,6 +26,11 @@ _REACHED = 0.85
 _LEFT = 0.01
 #: An inductance that is known no better than this (relative standard uncertainty) is none.
 _UNKNOWN = 0.25
+#: Currents that leave more than this are none of a motor in a short circuit, and tell no inductance.
+_NONE_LEFT = 0.02
+#: So much wider is a limit whose 95 % interval reaches what it is for.
+_HELD = 1.1
+CHORD, CURRENT = "d_axis_chord_inductance", "short_circuit_current"
 
 
 class ShortResults:
@@ -58,15 +63,15 @@ class ShortResults:
         sweep, fit = self._sweeps[0], self._fitted[0]
         self._keep()
         by_torque, by_current = self._resistances(fit)
-        self._contradiction(by_torque, by_current)
-        self._report_resistance(by_torque, sweep, fit)
+        apart = self._contradiction(by_torque, by_current)
+        self._report_resistance(self._held_apart(by_torque, apart), sweep, fit)
         inductance = self._unc.statistical(
             "currents over speed: d-axis inductance",
             fit.currents.value(D_INDUCTANCE),
             fit.currents.uncertainty(D_INDUCTANCE),
             fit.currents.degrees_of_freedom,
         )
-        self._report_inductance(inductance, sweep, fit)
+        self._report_inductance(inductance, sweep, fit, abs(apart))
         self._report_peak(fit, sweep)
         if len(self._sweeps) > 1:
             self._report_coefficient()
@@ -92,8 +97,18 @@ class ShortResults:
         )
         return by_torque, by_current * self._flux / float(self._flux.x) / self._current
 
-    def _contradiction(self, by_torque: UncertainReal, by_current: UncertainReal) -> None:
-        """Alarm where the two resistances are not one; of constants they would be, and so would both flux linkages."""
+    def _held_apart(self, by_torque: UncertainReal, apart: float) -> UncertainReal:
+        """Return the torque's resistance as far off as a wrong factor of the current, which counts twice in it, makes both `apart`."""
+        source = text("resistances by torque and by currents")
+        if apart < 0.0:
+            return by_torque * (1.0 + self._unc.one_sided(source, 0.0, math.expm1(-2.0 * apart)))
+        return by_torque * (1.0 - self._unc.one_sided(source, 0.0, -math.expm1(-2.0 * apart)))
+
+    def _contradiction(self, by_torque: UncertainReal, by_current: UncertainReal) -> float:
+        """Alarm where the two resistances are not one; of constants they would be, and so would both flux linkages.
+
+        Return the logarithm of their ratio, as far as it is beyond one standard uncertainty.
+        """
         ratio = by_torque / by_current
         low, high = self._unc.interval(ratio)
         self._procedure.findings["resistance_ratio"] = {
@@ -105,14 +120,19 @@ class ShortResults:
             "flux_open": float(self._flux.x),
             "flux_short": float((self._flux * ratio).x),
         }
+        off, known = math.log(float(ratio.x)), float(ratio.u) / float(ratio.x)
+        # The share of its square that the standard uncertainty does not have.
+        apart = off * max(1.0 - (known / off) ** 2, 0.0) if off else 0.0
+        self._procedure.findings["resistance_ratio"]["apart"] = apart
         if low <= 1.0 <= high:
-            return
+            return apart
         values = {
             "torque": float(by_torque.x),
             "current": float(by_current.x),
             "ratio": float(ratio.x),
             "flux": float((self._flux * ratio).x),
             "open": float(self._flux.x),
+            "gain": float(1.0 / ratio.x) - 1.0,
         }
         if float(ratio.x) > 1.0:
             self._procedure.notice(
@@ -121,8 +141,8 @@ class ShortResults:
                     "the power of the braking torque gives {torque:.4g} Ω, the currents give {current:.4g} Ω with "
                     "the flux linkage of the open circuit: a ratio of {ratio:.3f} (with the torque's value, λ "
                     "would be {flux:.4g} V·s, not {open:.4g}). Saturation of L_q makes the currents' value too "
-                    "small; iron loss in the short circuit makes the torque's value too large. The torque's value "
-                    "is reported, not a mean",
+                    "small; iron loss in the short circuit, or a current that is shown {gain:+.1%} off, makes the torque's value too "
+                    "large. The torque's value is reported, not a mean, and its interval holds a wrong factor of the current probe",
                     **values,
                 ),
             )
@@ -132,12 +152,14 @@ class ShortResults:
                 text(
                     "the power of the braking torque gives {torque:.4g} Ω, the currents give {current:.4g} Ω with "
                     "the flux linkage of the open circuit: a ratio of {ratio:.3f} (with the torque's value, λ "
-                    "would be {flux:.4g} V·s, not {open:.4g}). A voltage drop in the short circuit that does not "
-                    "grow with the current causes this, as in switches and worn contacts: join the terminals by "
-                    "clean links",
+                    "would be {flux:.4g} V·s, not {open:.4g}). Likely causes: a current that is shown {gain:+.1%} off (verify the probe, "
+                    "or run probe-verification); a slow filter of the torque (state it, or raise settle); a voltage drop in the short "
+                    "circuit that does not grow with the current, as in switches and worn contacts (join the terminals by clean links). "
+                    "The intervals hold the first two",
                     **values,
                 ),
             )
+        return apart
 
     def _report_resistance(self, by_torque: UncertainReal, sweep: ShortSweep, fit: FittedSweep) -> None:
         settings = self._settings
@@ -174,9 +196,10 @@ class ShortResults:
                 ),
             )
 
-    def _report_inductance(self, fitted: UncertainReal, sweep: ShortSweep, fit: FittedSweep) -> None:
+    def _report_inductance(self, fitted: UncertainReal, sweep: ShortSweep, fit: FittedSweep, apart: float) -> None:
         settings, procedure = self._settings, self._procedure
         chord = fitted * self._flux / float(self._flux.x) / self._current
+        chord = chord * (1.0 + self._unc.limit("resistances by torque and by currents", 0.0, _HELD * math.expm1(apart)))
         size, asymptote, reached = self._reached(sweep, fit)
         procedure.findings["d_axis_current"] = {"largest": -size, "asymptote": -asymptote, "share": reached}
         if float(chord.u) > _UNKNOWN * float(chord.x):
@@ -200,15 +223,29 @@ class ShortResults:
                     left=fit.currents.residual_rms,
                 ),
             )
-        procedure.report(
-            "d_axis_chord_inductance",
+        left = fit.currents.residual_rms
+        bent = Misfit(
+            (
+                Finding(
+                    Cause.UNEXPLAINED,
+                    Answer.WITHHELD,
+                    (CHORD, CURRENT),
+                    figures={"record": "short-circuit", "left": left},
+                ),
+            )
+        )
+        bent = bent if left > _NONE_LEFT else NO_MISFIT
+        given = procedure.report(
+            CHORD,
             chord,
             section=procedure.section,
             estimator="short-circuit currents over speed with the open circuit's flux linkage",
-            misfit=Misfit.together([each.current.misfit for each in sweep.points]).of(
-                "flux_linkage", "d_axis_chord_inductance"
+            misfit=Misfit.together(
+                [bent.of(CHORD), *(each.current.misfit.of("flux_linkage", CHORD) for each in sweep.points)]
             ),
         )
+        if given is None:
+            return
         if reached < _REACHED:
             procedure.notice(
                 "short-circuit-reach",
@@ -226,7 +263,7 @@ class ShortResults:
             self._unc, sweep.temperature, settings.magnet_coefficient, settings.magnet_coefficient_uncertainty
         )
         procedure.report(
-            "short_circuit_current",
+            CURRENT,
             self._flux / chord * cold,
             section=procedure.section,
             estimator="short-circuit currents over speed, extrapolated to zero resistance",

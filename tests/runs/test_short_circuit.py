@@ -11,6 +11,8 @@ from procedures.core.bench import ProcedureError
 from procedures.estimation.winding.short_circuit import peak_speed
 from procedures.verification.verifier import WiringError
 from sim_instruments.bench import BenchSetting, VirtualBench
+from sim_instruments.disturbances.bench import Disturbances, ShaftSensors
+from sim_instruments.disturbances.channel import ChannelPath
 from sim_instruments.instruments.errors import DynamometerErrors, Errors, ScopeErrors
 from sim_instruments.physics.motor.bearing import Bearing
 from sim_instruments.world.machine_data import Leads
@@ -259,3 +261,57 @@ def test_a_probe_of_another_factor_gives_more_than_it_takes():
     motor = replace(FILE.virtual_motor(), phase_resistances=(0.04, 0.04, 0.04))
     errors = replace(Errors(), oscilloscope=ScopeErrors(gain=(-0.3, 0.0, 0.0, 0.0)))
     assert "power-balance" in alarms(one(motor, "load-points", *LOADS, errors=errors))
+
+
+#: None of the shipped motors: one pole pair, its axes alike.
+ROUND = replace(
+    MOTOR,
+    pole_pairs=1,
+    phase_resistances=(0.5, 0.5, 0.5),
+    d_axis_inductance=1e-3,
+    q_axis_inductance=1e-3,
+    flux_linkage=0.04,
+)
+
+
+def disturbed(motor, sensors=None, **path):
+    channels = {4: ChannelPath(**path)} if path else {}
+    setting = BenchSetting(disturbances=Disturbances(channels=channels, sensors=sensors or ShaftSensors()))
+    return one(motor, "short-circuit", *SHORT, setting=setting)
+
+
+def holds(result, motor):
+    low, high = result.parameter("short_circuit_resistance").coverage_interval
+    return low <= motor.stator_resistance_y + Leads().resistance <= high
+
+
+@pytest.mark.parametrize("motor", [MOTOR, ROUND])
+@pytest.mark.parametrize(
+    "factor", [1.05, *(pytest.param(factor, marks=pytest.mark.slow) for factor in (0.5, 0.9, 0.95, 1.03, 1.2))]
+)
+def test_a_current_probe_that_is_off_is_held_by_the_resistance_and_named(motor, factor):
+    result = disturbed(motor, factor=factor)
+    assert holds(result, motor)
+    said = " ".join(str(warning.message) for warning in result.warnings)
+    assert factor == 1.03 or "a current that is shown" in said
+    for given in result.parameters:
+        if given.name == "d_axis_chord_inductance":
+            low, high = given.coverage_interval
+            assert low <= motor.d_axis_inductance_y <= high
+
+
+@pytest.mark.slow
+def test_a_current_probe_whose_gain_warms_up_is_held():
+    assert holds(disturbed(MOTOR, warm_up=0.06, warm_up_time=5.0), MOTOR)
+
+
+@pytest.mark.slow
+def test_a_torque_that_lags_unsaid_is_held_and_named():
+    result = disturbed(MOTOR, ShaftSensors(torque_filter=0.5))
+    assert holds(result, MOTOR)
+    assert "a slow filter of the torque" in " ".join(str(warning.message) for warning in result.warnings)
+
+
+def test_currents_that_no_short_circuit_has_give_no_inductance():
+    result = disturbed(MOTOR, limit=25.0)
+    assert "d_axis_chord_inductance" not in {given.name for given in result.parameters}

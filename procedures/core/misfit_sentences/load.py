@@ -17,6 +17,10 @@ _SEEN_IN_MAP_POWER = {
     ),
 }
 _SEEN_IN_SHORT_CIRCUIT = {
+    Cause.UNEXPLAINED: text(
+        "the currents deviate by {left:.1%} rms from every curve of constant inductances: look for a current probe that clips or "
+        "saturates, for a contact that changes, and for one phase that is open"
+    ),
     Cause.SLOPE: text(
         "the flux linkage changes by {change:+.1%} from the first row to the last, as that of magnets does which warm while they are "
         "braked: let the motor cool between the speeds, and measure the open circuit's flux linkage again after the last"
