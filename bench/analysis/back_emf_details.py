@@ -34,16 +34,7 @@ def warn_of_record(outcome: AnalysisOutcome, record: BackEmfRecord) -> None:
     sizes = np.abs(fit.amplitudes[:, fit.harmonics.index(1)])
     largest = int(np.argmax(sizes))
     warn_of_voltage(outcome, record.names[largest], float(sizes[largest]))
-    if fit.drift_significant:
-        outcome.warn(
-            text(
-                "the speed drifts by {drift:+.2f} % over the record (u = {drift_uncertainty:.2f} %). The flux "
-                "linkage comes from the voltage integrated over whole periods, which does not depend on the speed",
-                drift=100 * fit.drift,
-                drift_uncertainty=100 * fit.drift_uncertainty,
-            )
-        )
-    elif fit.ripples:
+    if fit.ripples:
         frequencies = record.integrated.period_frequencies
         outcome.warn(
             text(
@@ -51,6 +42,15 @@ def warn_of_record(outcome: AnalysisOutcome, record: BackEmfRecord) -> None:
                 "voltage integrated over whole periods, which does not depend on the speed",
                 slowest=float(np.min(frequencies)),
                 fastest=float(np.max(frequencies)),
+            )
+        )
+    elif fit.drift_significant:
+        outcome.warn(
+            text(
+                "the speed drifts by {drift:+.2f} % over the record (u = {drift_uncertainty:.2f} %). The flux "
+                "linkage comes from the voltage integrated over whole periods, which does not depend on the speed",
+                drift=100 * fit.drift,
+                drift_uncertainty=100 * fit.drift_uncertainty,
             )
         )
     if len(capture.channels) == 3 and not together:

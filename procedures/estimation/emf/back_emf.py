@@ -20,7 +20,7 @@ from procedures.estimation.emf.record_preparation import (
     rounding,
     too_coarse,
 )
-from procedures.estimation.emf.speed_ripple import speed_ripples
+from procedures.estimation.emf.speed_ripple import speed_ripples, swings_in_few
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 from procedures.estimation.fitting.repeated_rows import repeated_rows
@@ -188,8 +188,10 @@ def _solve(t: FloatArray, v: FloatArray, kept: tuple[int, ...], begin: FloatArra
     drift = 8 * drifting.course[2] / drifting.course[1]
     u_drift = 8 * float(np.sqrt(density * drifting.course_covariance[1, 1])) / drifting.course[1]
     p_value = float(2 * special.stdtr(freedom, -(abs(drift) / u_drift))) if u_drift > 0 else (0.0 if drift else 1.0)
-    model = at_full_rate(drifting if p_value < 0.01 and abs(drift) > 1e-5 else steady, kept, *every, block)
-    return _Solved(model, (float(drift), u_drift, p_value), density, t.size, speed_ripples(*every, kept, model))
+    reduced = drifting if p_value < 0.01 and abs(drift) > 1e-5 else steady
+    model = at_full_rate(reduced, kept, *every, block)
+    ripples = speed_ripples(*every, kept, model) or swings_in_few(t, v, kept, reduced)
+    return _Solved(model, (float(drift), u_drift, p_value), density, t.size, ripples)
 
 
 def _result(

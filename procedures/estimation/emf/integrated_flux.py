@@ -11,7 +11,7 @@ from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit
 from procedures.estimation.emf.phase_jumps import find_jump, longest_whole, with_jump
 from procedures.estimation.emf.record import DigitizedChannel, channels_told, colour, prepare, start, usable
 from procedures.estimation.emf.record_preparation import as_recorded, prepare_record, rounding, too_coarse
-from procedures.estimation.emf.speed_ripple import rippling_courses
+from procedures.estimation.emf.speed_ripple import most_degree, rippling_courses
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 from procedures.estimation.fitting.repeated_rows import repeated_rows
@@ -63,7 +63,9 @@ def _drifting_model(
 
     best = min(starts, key=cost)
     model = best
-    for _ in range(best.course.size, largest_degree + 1):
+    # Few periods show no ripple of their own; their course is grown as long as that explains more.
+    most = most_degree(float(begin[1]) / np.pi)
+    while model.course.size <= largest_degree or (model is best and model.course.size <= most):
         try:
             model = fit_harmonics(t, v, kept, np.append(model.course, 0.0))
         except EstimationError:

@@ -35,6 +35,8 @@ _WORTH = 15.0
 _RIVALS = 4.0
 #: Degree up to which waves change along a record that is modulated.
 _COURSES = 8
+#: Below so many periods a speed that swings may leave what looks like smoothed noise.
+_FEW_PERIODS = 8.0
 #: Below so many of a converter's steps the residual is the steps' own.
 _COARSE = 0.4
 #: Told from this share of the fundamental on; the truth is at one of the ends, this many standard uncertainties from the figure.
@@ -75,24 +77,31 @@ def find_smoothing(
     """Return the standard uncertainty, as a share (C,), of fundamentals that a smoothing of the record took away, and the finding.
 
     A moving average, or a filter, shapes a channel's white noise as it does the fundamental: where the noise ends far below half the
-    sampling rate, the fundamental is smaller by what that shape has lost at its frequency. Of a `modulated` record, waves that change are
-    no noise.
+    sampling rate, the fundamental is smaller by what that shape has lost at its frequency. Waves that change along a record, as of a
+    `modulated` one, are no noise.
     """
-    lost = np.zeros(len(channels))
     interval = float(t[1] - t[0])
     period = 2.0 * model.half * np.pi / float(model.course[1]) / interval
     lengths = np.exp(np.linspace(np.log(1.5), np.log(max(_LONGEST * period, 3.0)), _LENGTHS))
-    residuals = _steady(t, orders, model) if modulated else model.residuals
-    _, residuals = further_orders(t, residuals, model, orders)
-    noisy = [np.std(row) > _COARSE * each.resolution for row, each in zip(residuals, channels, strict=True)]
-    seen = {c: _compared(residuals[c], lengths) for c in np.flatnonzero(whole & np.array(noisy))}
-    shapes = {c: one for c, one in seen.items() if one is not None}
-    if shapes:
-        # What writes a file smooths all of its channels alike.
-        together = _Compared(*(np.sum(each, axis=0) for each in zip(*shapes.values(), strict=True)))
-        lost[list(shapes)] = [
-            max(each.lost(lengths, period), together.lost(lengths, period)) for each in shapes.values()
-        ]
+
+    def lost_by(residuals: FloatArray) -> FloatArray:
+        lost = np.zeros(len(channels))
+        _, left = further_orders(t, residuals, model, orders)
+        noisy = [np.std(row) > _COARSE * each.resolution for row, each in zip(left, channels, strict=True)]
+        seen = {c: _compared(left[c], lengths) for c in np.flatnonzero(whole & np.array(noisy))}
+        shapes = {c: one for c, one in seen.items() if one is not None}
+        if shapes:
+            # What writes a file smooths all of its channels alike.
+            together = _Compared(*(np.sum(each, axis=0) for each in zip(*shapes.values(), strict=True)))
+            lost[list(shapes)] = [
+                max(each.lost(lengths, period), together.lost(lengths, period)) for each in shapes.values()
+            ]
+        return lost
+
+    lost = lost_by(_steady(t, orders, model) if modulated else model.residuals)
+    if not modulated and np.max(lost) >= _TOLD and t.size < _FEW_PERIODS * period:
+        # What the speed does beside its model is strong at low frequencies, too; of more periods it is told by their phases.
+        lost = np.minimum(lost, lost_by(_steady(t, orders, model)))
     worst = int(np.argmax(lost))
     if lost[worst] < _TOLD:
         return lost / _WITHIN, ()

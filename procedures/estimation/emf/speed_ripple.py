@@ -6,8 +6,9 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from scipy import special
 
-from procedures.estimation.emf.harmonics import HarmonicModel, by_phase
-from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.emf.harmonics import HarmonicModel, by_phase, fit_harmonics
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.noise import white_noise
 
 #: A ripple is told where chance does as much once in so many records, from this angle on (rad, rms): less takes 10⁻⁴ of an amplitude away.
 _BY_CHANCE, _LEAST = 1e-6, 0.015
@@ -15,6 +16,8 @@ _BY_CHANCE, _LEAST = 1e-6, 0.015
 _OF_PHASE = 0.67
 #: So many periods at least show a ripple; a course has so many of them for each of its degrees, and no more degrees than this.
 _LEAST_PERIODS, _PERIODS, _MOST_DEGREE = 8, 2, 60
+#: Of fewer periods no more degrees than this; they are looked at where a model leaves so many times the variance of noise.
+_MOST_OF_FEW, _BEYOND_NOISE = 14, 1.1
 
 
 class _Periods(NamedTuple):
@@ -65,6 +68,40 @@ def speed_ripples(t: FloatArray, v: FloatArray, orders: tuple[int, ...], model: 
     """Return whether the phase of a record (C, n) swings about its model's by more than noise explains, so that an amplitude suffers."""
     left = _periods(t, orders, model, v - model.residuals)
     return left is not None and left.swing
+
+
+def most_degree(periods: float) -> int:
+    """Return the highest degree of a course that so many periods tell: a swing takes two, and is no shorter than a period."""
+    return int(np.clip(_PERIODS * periods, 2, _MOST_OF_FEW))
+
+
+def swings_in_few(t: FloatArray, v: FloatArray, orders: tuple[int, ...], model: HarmonicModel) -> bool:
+    """Return whether the speed swings along a record (C, n) of few periods, in which no period shows it: a bent course of the phase leaves
+    less than the model's, by more than chance, and most of what is no noise is gone with it.
+    """
+    periods = float(model.course[1]) / np.pi
+    degree = most_degree(periods)
+    if periods >= _LEAST_PERIODS or degree < model.course.size:
+        return False
+    noise = np.array([white_noise(row) for row in v]) ** 2
+    left = np.mean(model.residuals**2, axis=1)
+    if float(np.max(left / np.maximum(noise, 1e-300))) < _BEYOND_NOISE:
+        return False
+    try:
+        bent = fit_harmonics(t, v, orders, np.append(model.course, np.zeros(degree + 1 - model.course.size)))
+    except EstimationError:
+        return False
+    fallen = left - np.mean(bent.residuals**2, axis=1)
+    weights = 1.0 / np.maximum(left, 1e-300)
+    apart = bent.course.copy()
+    apart[: model.course.size] -= model.course
+    angle = chebyshev.chebval(np.linspace(-1.0, 1.0, 101), apart)
+    chi = t.size * float(np.sum(np.log(left / (left - fallen))))
+    return (
+        float(np.std(angle)) > _LEAST
+        and chi > float(special.chdtri(degree + 1 - model.course.size, _BY_CHANCE))
+        and float(weights @ fallen) > _OF_PHASE * float(weights @ np.maximum(left - noise, 0.0))
+    )
 
 
 def rippling_courses(
