@@ -1,10 +1,13 @@
 """What the line's page shows below its sockets: yield on an axis, pace, the course of what fails most."""
 
 from collections.abc import Callable
+from contextlib import closing
 
 import pytest
 from playwright.sync_api import Page, expect
 
+from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.panel_channel import PanelChannel
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_run_page import SCREENS, assert_accessible
 from tests.bench.panel.browser.test_statistics_page import keep, motors
@@ -43,3 +46,25 @@ def test_a_line_shows_yield_pace_and_the_course_of_what_fails_most(panel: Panel,
     expect(page.get_by_text("The batch was cut off.")).to_be_visible()
     expect(page.get_by_label("Socket 5")).to_contain_text("not judged: the batch was cut off")
     expect(page.locator(".mb-tile[data-state=measuring]")).to_have_count(0)
+
+
+def test_of_two_batches_one_is_chosen_and_abort_is_of_that_one(panel: Panel, new_page: Callable[[], Page]) -> None:
+    page, stopped = new_page(), list[str]()
+    folder = panel.runs / "west"
+    folder.mkdir(parents=True)
+    with played_line(panel.runs / "east"), closing(PanelChannel("west", "pump", ["7", "8"], None)) as west:
+        west.open(folder, stopped.append, lambda _serial, _person: None)
+        west.begun(BatchMotor(1, "W-1"), "7")
+        page.goto(f"{panel.url}/line")
+        batches = page.get_by_role("navigation", name="Batches")
+        expect(batches.get_by_role("link", name="west")).to_contain_text("measures: socket 7")
+        expect(page.get_by_label("Socket 5")).to_be_visible()
+        batches.get_by_role("link", name="west").click()
+        expect(page.get_by_label("Socket 7")).to_contain_text("W-1")
+        expect(batches.locator("[aria-current=page]")).to_contain_text("west")
+        assert_accessible(page)
+        abort = page.get_by_role("button", name="Abort the batch")
+        expect(abort).to_contain_text("this batch only")
+        abort.click()
+        expect(page.get_by_text("The batch ends: stopped by").first).to_be_visible()
+    assert len(stopped) == 1
