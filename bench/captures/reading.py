@@ -80,7 +80,7 @@ def _refuse_column(file: Path, selection: CapturePart) -> None:
             )
 
 
-def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time", selection: CapturePart = WHOLE) -> Capture:
+def read_captures(paths: Sequence[Path | str], *, selection: CapturePart = WHOLE) -> Capture:
     """Return several captures as one, channels side by side. Raises CaptureError where their times differ, naming files."""
     if not paths:
         raise CaptureError("capture", text("no file given"))
@@ -89,7 +89,7 @@ def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time", select
             ", ".join(str(path) for path in paths),
             text("the same file is given twice; give each file of the record once"),
         )
-    captures = [read_capture(path, abscissa=abscissa, selection=selection) for path in paths]
+    captures = [read_capture(path, selection=selection) for path in paths]
     first = captures[0]
     if len(captures) == 1:
         return first

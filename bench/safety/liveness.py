@@ -16,14 +16,13 @@ from procedures.core.bench import Operator, Role
 class ProgressStamps:
     """Time stamps of the progress of the run's own thread, which others read."""
 
-    def __init__(self, now: Callable[[], float] = monotonic) -> None:
-        self._now = now
-        self._last = now()
+    def __init__(self) -> None:
+        self._last = monotonic()
         self._waiting = 0
 
     def stamp(self) -> None:
         """Say that the run has got on."""
-        self._last = self._now()
+        self._last = monotonic()
 
     @contextmanager
     def excused(self) -> Iterator[None]:
@@ -37,7 +36,7 @@ class ProgressStamps:
 
     def age(self) -> float:
         """Return for how long (s) the run has made no progress without a reason."""
-        return 0.0 if self._waiting else max(0.0, self._now() - self._last)
+        return 0.0 if self._waiting else max(0.0, monotonic() - self._last)
 
 
 class Waits:

@@ -192,43 +192,30 @@ def energises(
     return _commanding(Declaration(Effect.ENERGISES, lasting=lasting, source=source), arguments)
 
 
-def in_units(**units: str) -> Callable[[MethodT], MethodT]:
-    """Declare the units of arguments that set no quantity, of a method that is declared already."""
-
+def _amending(name: str, amended: Callable[[Declaration], Declaration]) -> Callable[[MethodT], MethodT]:
     def declare(method: MethodT) -> MethodT:
         found = declared(method)
         if found is None:
-            raise DeclarationError(f"{method.__qualname__}: in_units stands above what declares what it does")
-        setattr(method, _DECLARED, replace(found, units=units))
+            raise DeclarationError(f"{method.__qualname__}: {name} stands above what declares what it does")
+        setattr(method, _DECLARED, amended(found))
         return method
 
     return declare
+
+
+def in_units(**units: str) -> Callable[[MethodT], MethodT]:
+    """Declare the units of arguments that set no quantity, of a method that is declared already."""
+    return _amending("in_units", lambda found: replace(found, units=units))
 
 
 def gives_unit(unit: str) -> Callable[[MethodT], MethodT]:
     """Declare the unit of the readings in what a method returns that is declared already, as one that feeds while it measures."""
-
-    def declare(method: MethodT) -> MethodT:
-        found = declared(method)
-        if found is None:
-            raise DeclarationError(f"{method.__qualname__}: gives_unit stands above what declares what it does")
-        setattr(method, _DECLARED, replace(found, unit=unit))
-        return method
-
-    return declare
+    return _amending("gives_unit", lambda found: replace(found, unit=unit))
 
 
 def by_ability(ability: Enum) -> Callable[[MethodT], MethodT]:
     """Declare what an instrument must be able to do for a method that is declared already; one that cannot inherits its refusal."""
-
-    def declare(method: MethodT) -> MethodT:
-        found = declared(method)
-        if found is None:
-            raise DeclarationError(f"{method.__qualname__}: by_ability stands above what declares what it does")
-        setattr(method, _DECLARED, replace(found, ability=ability))
-        return method
-
-    return declare
+    return _amending("by_ability", lambda found: replace(found, ability=ability))
 
 
 def makes_safe(item: str = "") -> Callable[[MethodT], MethodT]:

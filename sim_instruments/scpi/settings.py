@@ -137,7 +137,6 @@ class ScpiSettings:
         high: int,
         initial: int,
         *,
-        count: int = 0,
         changed: Callable[[int], None] | None = None,
     ) -> None:
         """Add an integer within limits."""
@@ -148,8 +147,7 @@ class ScpiSettings:
                 lambda argument: integer(argument, low, high, default=initial),
                 lambda value: f"{int(value):+d}",
                 initial,
-                count,
-                changed,
+                changed=changed,
             ),
         )
 

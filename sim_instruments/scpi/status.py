@@ -2,17 +2,19 @@
 
 from collections.abc import Callable
 
+#: The bits of a register; the sixteenth is always 0.
+_BITS = 0x7FFF
+
 
 class StatusRegister:
     """A condition register with its event and enable registers; conditions are asked for when they matter."""
 
-    def __init__(self, condition: Callable[[], int] | None = None, bits: int = 15) -> None:
+    def __init__(self, condition: Callable[[], int] | None = None) -> None:
         self._condition = condition
-        self._mask = (1 << bits) - 1
         self._last = 0
         self._event = 0
         self._enable = 0
-        self.positive = self._mask
+        self.positive = _BITS
         self.negative = 0
 
     @property
@@ -22,12 +24,12 @@ class StatusRegister:
 
     @enable.setter
     def enable(self, value: int) -> None:
-        self._enable = value & self._mask
+        self._enable = value & _BITS
 
     def condition(self) -> int:
         """Return the conditions as they are now, latching their transitions."""
         if self._condition is not None:
-            new = self._condition() & self._mask
+            new = self._condition() & _BITS
             rising, falling = new & ~self._last, self._last & ~new
             self._event |= (rising & self.positive) | (falling & self.negative)
             self._last = new
@@ -35,7 +37,7 @@ class StatusRegister:
 
     def latch(self, bits: int) -> None:
         """Set event bits directly."""
-        self._event |= bits & self._mask
+        self._event |= bits & _BITS
 
     def read_event(self) -> int:
         """Return the events and clear them."""

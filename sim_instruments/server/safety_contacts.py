@@ -41,9 +41,9 @@ class InputModule:
 
     ranges: tuple[tuple[int, int], ...] = ()
     readings = (0, 0, 1)
+    unit = 1
 
-    def __init__(self, contacts: SafetyContacts, *, unit: int = 1) -> None:
-        self.unit = unit
+    def __init__(self, contacts: SafetyContacts) -> None:
         self._contacts = contacts
 
     def read_bits(self, address: int, count: int) -> list[bool]:

@@ -80,7 +80,6 @@ def make_segment(
     angle: float,
     start: float,
     currents: Real,
-    duration: float = math.inf,
 ) -> ConductionSegment:
     """Solve `circuit` from winding `currents` in A at the electrical `angle` in rad, at mechanical `speed` in rad/s."""
     n = len(circuit.rates)
@@ -93,7 +92,7 @@ def make_segment(
     modes[:, n] = steady
     modes[:, n + 1 :] = forced
     exponents = np.concatenate([-circuit.rates, [0.0], swing])
-    return ConductionSegment(circuit, start, duration, speed, exponents, phase, modes)
+    return ConductionSegment(circuit, start, math.inf, speed, exponents, phase, modes)
 
 
 def _integral(exponents: Complex, duration: float) -> NDArray[np.complex128]:

@@ -11,7 +11,6 @@ from time import monotonic
 from bench.i18n.errors import InputError, at
 from bench.journal.disk import sync_folder, write_all
 from bench.station.clock import SystemClock
-from drivers.interfaces import Clock
 from drivers.interfaces.text import Text, reason_of, text
 
 #: Names the folder in place of the usual one; it must be the same for all who use the same instruments.
@@ -34,9 +33,8 @@ class StateFolder:
     Made where it is missing. Raises InputError where it cannot be used so.
     """
 
-    def __init__(self, path: Path, clock: Clock | None = None) -> None:
+    def __init__(self, path: Path) -> None:
         self.path = path
-        self._clock = clock or SystemClock()
         try:
             self._make()
             found = path.lstat()
@@ -67,7 +65,7 @@ class StateFolder:
                             time=_LONGEST,
                         )
                     )
-                self._clock.sleep(_LOOK)
+                SystemClock().sleep(_LOOK)
             yield
         finally:
             os.close(lock)

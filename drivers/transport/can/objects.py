@@ -112,11 +112,11 @@ class NodeObjects:
             raise self._failure(error, command) from error
         self.trace("read", "done")
 
-    def write_optional(self, index: int, subindex: int, value: int, size: int, *, signed: bool = False) -> bool:
+    def write_optional(self, index: int, subindex: int, value: int, size: int) -> bool:
         """Write a number of `size` bytes; return False where the node has no such object. Errors as for `write`."""
 
         def written() -> bool:
-            self.write(index, subindex, value, size, signed=signed)
+            self.write(index, subindex, value, size)
             return True
 
         return self._where_there(written) or False

@@ -131,9 +131,9 @@ class ScpiSession:
                     return self._exchange(command, repeatable=repeatable)
             return self._exchange(command, repeatable=repeatable)
 
-    def query_number(self, command: str, *, timeout: float | None = None) -> float:
+    def query_number(self, command: str) -> float:
         """Return the single number a query is answered with; raises CommunicationError where it is none."""
-        return self._parsed(command, self.query(command, timeout=timeout), parse_number)
+        return self._parsed(command, self.query(command), parse_number)
 
     def query_numbers(self, command: str, least: int, most: int | None = None) -> list[float]:
         """Return the `least` … `most` numbers a query is answered with; raises CommunicationError otherwise."""

@@ -63,20 +63,16 @@ class ShortCircuitFit:
     """Characteristics at shorted terminals; currents in A peak, torque of braking in N·m, R in Ω, inductances in H.
 
     `limit_current` is I(∞) = λ/L_d, `chord_inductance` L_d from 0 to −I(∞), `q_axis_inductance` L_q from 0 to the largest i_q of the rows;
-    `resistance_by_current` is that of the currents alone, `resistance_by_torque` that of a torque which the resistance alone makes;
-    `resistance` is that of currents and torques together, with saturation, iron loss, friction and a `drop` (V, peak) beside
-    it. Torque's figures are None where no torque was read, those that need λ where it is not
-    known.
+    `resistance_by_current` is that of the currents alone, `resistance` that of currents and torques together, with saturation, iron loss,
+    friction and a `drop` (V, peak) beside it. Torque's figures are None where no torque was read, those that need λ where it is not known.
     """
 
     limit_current: MapFigure
     chord_inductance: MapFigure | None
     q_axis_inductance: MapFigure | None
     resistance_by_current: MapFigure | None
-    resistance_by_torque: MapFigure | None
     resistance: MapFigure | None
     drop: MapFigure | None
-    current_residual: float
     misfit: Misfit
 
 
@@ -126,11 +122,10 @@ def fit_short_circuit(
             "the currents do not tell I(∞), L_q and R apart: read at low speeds too, where the current still grows with the speed"
         )
     misfit = _fall(plain, solution, speed, i) if with_flux else []
-    by_torque = joint = drop = None
+    joint = drop = None
     best = alone
     if braking is not None and pole_pairs > 0.0:
         power = braking * (speed / pole_pairs) / 1.5
-        by_torque = _by_torque(power / i**2, i, shared.limits.of_torque)
         if with_flux:
             largest = float(np.max(np.abs(braking)))
             zero = shared.limits.torque_zero / largest if largest > 0.0 else 0.0
@@ -159,16 +154,13 @@ def fit_short_circuit(
         chord = shared.figure(INDUCTANCE, -best.limit, lam, best)
         q_axis = shared.figure(Q_INDUCTANCE, best.q_axis, lam, best)
         currents = shared.figure(RESISTANCE, alone.resistance, 1.0, alone)
-    residual = math.sqrt(solution.cost / speed.size)
     return ShortCircuitFit(
         limit,
         chord,
         q_axis,
         currents,
-        by_torque,
         joint,
         drop,
-        residual,
         Misfit(tuple(misfit)),
     )
 

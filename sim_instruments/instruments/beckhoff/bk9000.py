@@ -31,12 +31,12 @@ class Bk9000:
 
     ranges = ((_STATUS, 1), (_OUTPUT_BITS, 1), (_LEFT, 1), (_TIME, 3))
     readings = (0, 0, 1)
+    unit = 1
 
-    def __init__(self, contact: Callable[[bool], None], *, unit: int = 1, outputs: int = 2) -> None:
-        self.unit = unit
+    def __init__(self, contact: Callable[[bool], None]) -> None:
         self._contact = contact
         self._lock = threading.RLock()
-        self._outputs = [False] * outputs
+        self._outputs = [False] * 2
         self._time, self._type, self._word = _DEFAULT_TIME, _READ_OR_WRITE, 0
         self._running = self._elapsed = False
         self._fed = 0.0

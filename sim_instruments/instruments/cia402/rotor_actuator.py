@@ -35,6 +35,8 @@ _NEW_SET_POINT, _RELATIVE = 0x0010, 0x0040
 _TARGET_REACHED, _ACKNOWLEDGED = 0x0400, 0x1000
 #: 60A9h: encoder increments (B5h) a second (03h).
 _INCREMENTS_A_SECOND = 0x00B50300
+#: Its highest speed, rad/s.
+_HIGHEST = 100.0 * math.pi
 
 
 @dataclass(frozen=True)
@@ -58,9 +60,7 @@ class Cia402Actuator(PoweredDrive):
     shaft from following, and a coupling told to move while it turns, are faults (8611h, FF01h).
     """
 
-    def __init__(
-        self, world: "World", *, maximum_speed: float = 100.0 * math.pi, options: "Options" = MappingProxyType({})
-    ) -> None:
+    def __init__(self, world: "World", *, options: "Options" = MappingProxyType({})) -> None:
         super().__init__(world, (PROFILE_POSITION, PROFILE_VELOCITY))
         self._increments = increments_of(options)
         self._unit = shaft_unit(options, _INCREMENTS_A_SECOND)
@@ -72,7 +72,7 @@ class Cia402Actuator(PoweredDrive):
         self._outputs, self._mask = 0, _ALL
         self._move: _Move | None = None
         self._law: _Law = ("free", None)
-        self._fastest = math.floor(maximum_speed / self._pace)
+        self._fastest = math.floor(_HIGHEST / self._pace)
         self._readers = {
             **self._power.readers(self._status),
             POSITION: lambda: _int32(round(world.dial_angle() / self._step)),
@@ -80,7 +80,7 @@ class Cia402Actuator(PoweredDrive):
             TARGET_POSITION: lambda: self._target_position,
             PROFILE_SPEED: lambda: self._profile_speed,
             TARGET_VELOCITY: lambda: self._velocity,
-            HIGHEST_SPEED: lambda: math.floor(maximum_speed * 60.0 / (2.0 * math.pi)),
+            HIGHEST_SPEED: lambda: math.floor(_HIGHEST * 60.0 / (2.0 * math.pi)),
             DC_VOLTAGE: lambda: 48_000,
             OUTPUTS: lambda: self._outputs,
             MASK: lambda: self._mask,

@@ -135,7 +135,6 @@ class DeltaDrive:
         self,
         world: "World",
         *,
-        unit: int = 1,
         pole_pairs: int = 2,
         rated_torque: float = 5.0,
         framing_acts: Literal["at once", "after power"] = "at once",
@@ -145,7 +144,7 @@ class DeltaDrive:
         self._world = world
         self._pole_pairs = pole_pairs
         self._rated_torque = rated_torque
-        self._registers = {**_DEFAULTS, _ADDRESS: unit}
+        self._registers = dict(_DEFAULTS)
         self._framing_acts = framing_acts
         self._framed = dict(self._registers)
         #: The frequency (0.01 Hz) of the keypad, which counts where 00-20 is 0.

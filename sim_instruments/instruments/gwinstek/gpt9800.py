@@ -51,10 +51,8 @@ class Gpt9800(ScpiInstrument):
         world: "World",
         generator: np.random.Generator,
         errors: InsulationErrors | None = None,
-        *,
-        serial: str = "EM110867",
     ) -> None:
-        super().__init__(world.clock, generator, f"GPT-9803 ,{serial:<12},v2.08,", queue_depth=20)
+        super().__init__(world.clock, generator, "GPT-9803 ,EM110867    ,v2.08,", queue_depth=20)
         if world.insulation is None:
             raise ValueError("this bench has no insulation tester; give World fixture=True")
         self._insulation = world.insulation

@@ -65,10 +65,9 @@ class KeysightE36313A(ScpiInstrument):
         generator: np.random.Generator,
         errors: SupplyErrors | None = None,
         *,
-        serial: str = "MY59001234",
         wired: int | None = 1,
     ) -> None:
-        identity = f"Keysight Technologies,E36313A,{serial},2.1.0-1.0.4-1.12"
+        identity = "Keysight Technologies,E36313A,MY59001234,2.1.0-1.0.4-1.12"
         super().__init__(world.clock, generator, identity, queue_depth=20, queue_bit=0x04)
         self._world = world
         self._wired = wired

@@ -61,11 +61,10 @@ class KeysightInfiniiVision(SimulatedScpiOscilloscope):
         errors: ScopeErrors | None = None,
         *,
         bits: int = 8,
-        serial: str = "MY60101234",
     ) -> None:
         if not 8 <= bits <= 12:
             raise ValueError(f"a converter of {bits} bits is not known here; allowed are 8 … 12")
-        identity = f"KEYSIGHT TECHNOLOGIES,DSO-X 3024T,{serial},07.40.2021031200"
+        identity = "KEYSIGHT TECHNOLOGIES,DSO-X 3024T,MY60101234,07.40.2021031200"
         super().__init__(BenchPlace(world, generator, errors, {}), identity, bits=bits)
 
     def add_commands(self) -> None:
