@@ -128,7 +128,12 @@ def analyze_coast_down(
         )
         outcome.detail(ramps=len(parts), residual_rms=fit.residual_rms)
         return outcome.as_dict()
-    outcome.assume(text("no torque on the shaft but its own friction"))
+    outcome.assume(
+        text(
+            "no torque on the shaft but its own friction, which depends on the speed alone. Grease that becomes thinner, or a bearing load "
+            "that changes, along a single coast-down looks like other friction: let the shaft turn until it is warm, and repeat the record"
+        )
+    )
     reached = min(_reached(np.abs(part.speed)) for part in parts)
     if reached > _LOW_ENOUGH and fit.misfit.withholding(_RATES[0]) is None:
         outcome.warn(

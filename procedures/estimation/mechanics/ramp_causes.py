@@ -24,6 +24,8 @@ _FILTER_FITTED = 0.8
 #: Time constants of friction that drifts which are looked for, and those that are fitted, shares of the time that the shaft turns: with
 #: the longest it drifts in as good as a straight line.
 _DRIFT_SEEN, _DRIFT_FITTED = (0.3, 3.0), (0.15, 0.5, 1.6, 5.0)
+#: So much of the square by which a drift is seen is taken for chance.
+_CHANCE_OF_DRIFT = 4.0
 #: Orders of the shaft's angle that are looked for, and how often chance alone may find one of them.
 _ORDERS, _CHANCE = 120, 1e-3
 #: From this order on it is cogging, below it a coupling or an encoder that runs out.
@@ -48,11 +50,16 @@ class Look:
     def growth(self) -> FloatArray:
         """Return by what each estimate's variance grows (k,) for what is not seen clearly enough to be in the model.
 
-        Friction that grows at low speed is averaged over elsewhere, and adds nothing here; nor does friction that drifts, of which a small
-        part would count many times.
+        Friction that grows at low speed is averaged over elsewhere, and adds nothing here. Of friction that drifts a small part counts many
+        times, so only what is beyond most of chance adds.
         """
-        seen = [k for k, cause in enumerate(self.causes) if cause not in (Cause.STRIBECK, Cause.FRICTION_DRIFT)]
-        return replace(self.score, z=self.score.z[seen], bias=self.score.bias[seen]).growth()
+        drifts = [k for k, cause in enumerate(self.causes) if cause is Cause.FRICTION_DRIFT]
+        others = [k for k, cause in enumerate(self.causes) if cause is not Cause.STRIBECK and k not in drifts]
+        plain = self._of(others).growth()
+        return np.maximum(plain, self._of(drifts).growth(chance=_CHANCE_OF_DRIFT)) if drifts else plain
+
+    def _of(self, places: Sequence[int]) -> Score:
+        return replace(self.score, z=self.score.z[places], bias=self.score.bias[places])
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,10 @@ _ACCEPTED = 9.0
 _MOST_TERMS = 3
 #: Sums over parts beyond what this share of clean records show are the sign of something unknown.
 _CHANCE = 3e-4
+#: What is told whether terms explain a record or not.
+_IN_ANY_CASE = (Cause.WINDAGE, Cause.TOO_COARSE)
+#: No grease follows a law: this share of a drift is a standard uncertainty of the friction that drifts.
+_NO_LAW = 0.02
 #: By how much more than the parts of a record differ its figures may be off.
 _PARTS_GROW = 1.5
 
@@ -90,7 +94,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     covariance += _coarse(best, runs)
     for each in moved:
         covariance[:shared, :shared] += np.outer(each, each)
-    covariance = _spanned(covariance, best, [*rivals, *laws], shared)
+    covariance = _grown(_spanned(covariance, best, [*rivals, *laws], shared), _of_drift(best, shared))
     unexplained = bool(np.any(seen.score.alarms) or found) or scatter_of_parts(best.model, best.solved) < _CHANCE
     if unexplained:
         score = seen.clearest() if np.any(seen.score.alarms) else 0.0
@@ -113,7 +117,10 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
         given = _brakes(best.model, values, covariance)
         unknown = Finding(Cause.UNEXPLAINED, Answer.WIDENED if given else Answer.WITHHELD, score=score)
         if given:
-            findings.append(unknown)
+            # Terms that leave the record unexplained are no causes that were found; what the fan takes is in every model.
+            in_vain = [each for each in findings if each.cause not in _IN_ANY_CASE]
+            findings = [each for each in findings if each.cause in _IN_ANY_CASE]
+            findings.append(none_explains(unknown, in_vain, "ramp"))
         else:
             coarse = held_readings(runs, best.solved.speeds)
             findings = [coarse or none_explains(unknown, findings, "ramp")]
@@ -186,6 +193,15 @@ def _coarse(best: RampTrial, runs: Sequence[Run]) -> FloatArray:
         shift = gain[:, model.part(k)].sum(axis=1) * undithered(noise_of(run), run.resolution) / noise_of(run)
         covariance += np.outer(shift, shift) / steps
     return covariance
+
+
+def _of_drift(best: RampTrial, shared: int) -> FloatArray:
+    """Return how far off the estimates (k,) may be for what friction that drifts does otherwise than its laws, and before the ramps."""
+    off, drift = np.zeros(shared), best.model.terms.drift
+    if drift is not None:
+        amplitude = _NO_LAW * abs(best.model.amount("drift", best.solved.values))
+        off[shared - 2 if drift.top else shared - 3] = amplitude / (drift.top or 1.0)
+    return off
 
 
 def _spanned(covariance: FloatArray, best: RampTrial, rivals: Sequence[RampTrial], shared: int) -> FloatArray:

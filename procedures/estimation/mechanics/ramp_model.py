@@ -16,6 +16,8 @@ from procedures.estimation.mechanics.turning import Run
 
 #: Speeds count as no better than this share of the top one, which is what integration and files leave.
 _EXACT = 1e-6
+#: Below such a slope, in standard uncertainties of the readings, a parameter is not determined.
+_SAYS_NOTHING = 1e-140
 #: A transient of the speed's filter is no larger than so many times what the change of acceleration leaves it behind by.
 _BEHIND = 2.0
 _WHAT = "inertia, Coulomb, viscous and quadratic friction"
@@ -301,6 +303,9 @@ class RampModel:
         r = np.linalg.qr((minimum.slopes / said[:, None]).T, mode="r")
         sizes = np.linalg.svd(r, compute_uv=False)
         if not sizes[-1] > 1e-9 * sizes[0]:
+            return None
+        # What a fit at the edge of its numbers says next to nothing of is not determined either.
+        if float(np.min(said)) < _SAYS_NOTHING:
             return None
         inverse = np.linalg.inv(r) / said[:, None]
         left = minimum.residuals[: self.measured.size] * self.spread
