@@ -16,9 +16,10 @@ from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import FloatArray
-from procedures.estimation.fitting.misfit import Misfit
+from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
 from procedures.estimation.mechanics.cogging_speeds import AtHalfSpeed, compare, part_of_turn, read_again
+from procedures.estimation.mechanics.torque_start import lag_at_start
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.verification.settings import WiringSettings
 
@@ -35,6 +36,8 @@ _NULL = 0.9
 _UNEVEN, _GOLDEN = 0.8, 0.5 * (math.sqrt(5.0) - 1.0)
 #: Readings a period at half the speed, at least so many in all, so long (s) after it is reached.
 _AGAIN, _FEWEST, _SETTLED = 8, 60, 0.5
+#: The share of a limit that its 95 % interval reaches.
+_OF_LIMIT = 0.95
 
 
 @dataclass(frozen=True)
@@ -202,6 +205,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             "noise": fit.noise,
             "readings": curve(angle=angle, torque=turned.torque),
         }
+        seen = NO_MISFIT
         if fit.peak_to_peak > 0.0:
             size = unc.statistical("scatter of the torque over a turn", fit.peak_to_peak, fit.uncertainty)
             high, multiples = text("orders too high to be seen"), text("multiples within the scatter")
@@ -219,7 +223,10 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
                     time=last.torque_filter or self.settings.averaging,
                 ),
             )
-            size = unc.limit("cogging that the scatter may hide", 0.5 * fit.hidden, 0.5 * fit.hidden)
+            # Averaging takes most of the highest order that the readings follow. The 95 % interval begins at none.
+            hidden = fit.hidden / self._passed(0.5 * angle.size / turns, abs(turned.speed))
+            size = unc.limit("cogging that the scatter may hide", 0.5 * hidden, 0.5 * hidden / _OF_LIMIT)
+            seen = self._lag(turned)
         # A filter that is stated is undone, and one that half the speed shows is made up for.
         more = 0.0 if last.torque_filter or slower.limit else 0.5 * self._blurred(fit, abs(turned.speed))
         size = size * (1.0 + unc.limit("averaging in the transducer", more, more))
@@ -234,15 +241,24 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             estimator="orders that stand out of the noise, from trough to crest, in the part of a turn that was read"
             if part
             else "orders that stand out of the noise, from trough to crest",
-            misfit=Misfit.together((fit.misfit, slower.misfit)).of("cogging_torque"),
+            misfit=Misfit.together((fit.misfit, slower.misfit, seen)).of("cogging_torque"),
         )
+
+    def _lag(self, turned: Turned) -> Misfit:
+        """Return what is to be told where the drag comes by and by after the start: the filter that delays it hides cogging, too."""
+        last = turned.readings[-1]
+        lag = 0.0 if last.torque_filter else lag_at_start(turned.time, turned.torque, last.torque_accuracy.resolution)
+        if lag <= self.settings.averaging:
+            return NO_MISFIT
+        figures: dict[str, float | str] = {"record": "cogging-start", "time_constant": lag}
+        return Misfit((Finding(Cause.TORQUE_FILTER, Answer.WITHHELD, ("cogging_torque",), figures=figures),))
 
     def _blurred(self, found: Cogging, speed: float) -> float:
         """Return by which share of what is seen the torque may be larger, for averaging of the largest order at this speed (rad/s)."""
         if not found.orders.size:
             return 0.0
         order = float(found.orders[int(np.argmax(found.amplitudes))])
-        seen = float(np.sinc(min(order * speed * self.settings.averaging / (2.0 * math.pi), _NULL)))
+        seen = self._passed(order, speed)
         lost = 1.0 - seen
         if lost > _BLURRED:
             self.notice(
@@ -256,6 +272,10 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
                 ),
             )
         return lost / seen
+
+    def _passed(self, order: float, speed: float) -> float:
+        """Return the share of an order that the transducer's averaging lets through at a speed (rad/s)."""
+        return float(np.sinc(min(order * speed * self.settings.averaging / (2.0 * math.pi), _NULL)))
 
     def _gain(self, accuracy: Accuracy) -> Accuracy:
         """Return the transducer's gain: its zero falls out of a difference; a share of full scale may be a slope over that."""
