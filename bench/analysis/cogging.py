@@ -84,8 +84,10 @@ def analyze_cogging(
     )
     transducer = Transducer(averaging if first.speed else 0.0, torque_filter)
     slower = _at_half_speed(records, fit, transducer) if len(records) > 1 else AtHalfSpeed()
+    turns = abs(float(first.angle[-1] - first.angle[0])) / (2.0 * math.pi)
+    highest = 0.5 * first.angle.size / turns
     size, notices = cogging_figure(
-        outcome.uncertainties, fit, slower, transducer, first.speed, order_given=order is not None
+        outcome.uncertainties, fit, slower, transducer, first.speed, highest, order_given=order is not None
     )
     outcome.assume(*_assumed(first, len(records), averaging, torque_filter, order, pole_pairs))
     for name, said in notices:
@@ -101,7 +103,7 @@ def analyze_cogging(
         amplitudes=fit.amplitudes.tolist(),
         drag=fit.mean,
         noise=fit.noise,
-        turned=abs(float(first.angle[-1] - first.angle[0])) / (2.0 * math.pi),
+        turned=turns,
         speed=first.speed,
     )
     return outcome.as_dict()

@@ -16,9 +16,10 @@ from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import FloatArray
-from procedures.estimation.fitting.misfit import Misfit
+from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
 from procedures.estimation.mechanics.cogging_speeds import AtHalfSpeed, compare, part_of_turn, read_again
+from procedures.estimation.mechanics.torque_start import lag_at_start
 from procedures.techniques.shaft.cogging_figure import Transducer, cogging_figure
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.verification.settings import WiringSettings
@@ -199,12 +200,14 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             "noise": fit.noise,
             "readings": curve(angle=angle, torque=turned.torque),
         }
+        highest = 0.5 * angle.size / turns
         transducer = Transducer(self.settings.averaging, last.torque_filter)
         size, notices = cogging_figure(
-            unc, fit, slower, transducer, abs(turned.speed), order_given=self.settings.order is not None
+            unc, fit, slower, transducer, abs(turned.speed), highest, order_given=self.settings.order is not None
         )
         for name, said in notices:
             self.notice(name, said)
+        seen = NO_MISFIT if fit.orders.size else self._lag(turned)
         self.report(
             "cogging_torque",
             unc.instrument("dynamometer, torque", size, self._gain(last.torque_accuracy)),
@@ -212,8 +215,17 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             estimator="orders that stand out of the noise, from trough to crest, in the part of a turn that was read"
             if part
             else "orders that stand out of the noise, from trough to crest",
-            misfit=Misfit.together((fit.misfit, slower.misfit)).of("cogging_torque"),
+            misfit=Misfit.together((fit.misfit, slower.misfit, seen)).of("cogging_torque"),
         )
+
+    def _lag(self, turned: Turned) -> Misfit:
+        """Return what is to be told where the drag comes by and by after the start: the filter that delays it hides cogging, too."""
+        last = turned.readings[-1]
+        lag = 0.0 if last.torque_filter else lag_at_start(turned.time, turned.torque, last.torque_accuracy.resolution)
+        if lag <= self.settings.averaging:
+            return NO_MISFIT
+        figures: dict[str, float | str] = {"record": "cogging-start", "time_constant": lag}
+        return Misfit((Finding(Cause.TORQUE_FILTER, Answer.WITHHELD, ("cogging_torque",), figures=figures),))
 
     def _gain(self, accuracy: Accuracy) -> Accuracy:
         """Return the transducer's gain: its zero falls out of a difference; a share of full scale may be a slope over that."""

@@ -48,6 +48,27 @@ def test_a_shaft_that_feels_none_gets_a_bound():
     assert str(found.budget[0].source) == "cogging that the scatter may hide"
 
 
+@pytest.mark.parametrize(
+    "motor", [FILE.virtual_motor(), replace(FILE.virtual_motor(), pole_pairs=10, coulomb_friction=0.05)]
+)
+@pytest.mark.parametrize("constant", [0.5, 3.0])
+def test_a_filter_that_nobody_states_gives_no_bound_where_no_order_is_seen(motor, constant):
+    setting = BenchSetting(disturbances=Disturbances(sensors=ShaftSensors(torque_filter=constant)))
+    smooth = replace(motor, cogging_torque=1e-5)
+    with VirtualBench(smooth, seed=3, setting=setting, sockets=False) as bench:
+        result = measure(bench, FILE.nameplate, "cogging-torque")
+    assert [one.name for one in result.withheld] == ["cogging_torque"]
+    assert "torque-filter" in [row["cause"] for row in result.findings["misfit"]]
+
+
+def test_a_bound_holds_what_averaging_takes_of_the_highest_order():
+    file = load_motor("gimbal")
+    with VirtualBench(file.virtual_motor(), seed=3, sockets=False, fixture=True) as bench:
+        found = measure(bench, file.nameplate, "cogging-torque").parameter("cogging_torque")
+    low, high = found.coverage_interval
+    assert low <= 2.0 * file.virtual_motor().cogging_torque <= high
+
+
 @pytest.fixture
 def feeling():
     """Benches whose dynamometer feels the motor's cogging."""

@@ -84,6 +84,18 @@ def test_a_drive_that_is_off_in_everything_is_in_the_interval():
     assert abs(found.findings["angle"]["value"]) == pytest.approx(off_by, abs=5e-4)
 
 
+@pytest.mark.parametrize("degrees", [-30.0, 8.0, 60.0])
+def test_an_angle_of_the_drive_that_is_far_off_is_named_and_gives_no_map(degrees):
+    setting = BenchSetting(disturbances=Disturbances(inverter=CurrentLoop(angle_error=np.radians(degrees))))
+    with (
+        flux_bench(made_motor(), PLATE, seed=3, setting=setting) as bench,
+        pytest.raises(EstimationError, match="Calibrate the inverter's angle") as refused,
+    ):
+        map_of(bench, PLATE, "locations=12")
+    told = float(str(refused.value).partition("leads the magnet by ")[2].partition("°")[0])
+    assert told == pytest.approx(degrees, abs=0.5)
+
+
 def test_torque_and_its_largest_per_ampere_are_the_maps():
     with flux_bench(made_motor(), PLATE, seed=4, errors=Errors.drawn(np.random.default_rng(4))) as bench:
         found = map_of(bench, PLATE)

@@ -51,6 +51,18 @@ def test_a_drive_on_600_v_whose_current_sensors_are_noisy():
     assert np.median(uncertainty) < 0.03 * found.findings["full_scale"]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("degrees", [-25.0, 15.0])
+def test_an_angle_of_the_drive_that_is_far_off_is_named_and_gives_no_map(degrees):
+    turned = BenchSetting(disturbances=Disturbances(inverter=CurrentLoop(angle_error=np.radians(degrees))))
+    with flux_bench(QUIET, KNOWN, seed=3, setting=turned) as bench:
+        found = map_of(bench, KNOWN, "locations=12", "lock=true", name=NAME)
+    (notice,) = found.warnings
+    assert notice.identifier == "no-map"
+    assert "Calibrate the drive's angle" in str(notice.message)
+    assert not found.parameters
+
+
 def test_the_magnets_flux_linkage_is_needed():
     with (
         flux_bench(QUIET, PLATE) as bench,

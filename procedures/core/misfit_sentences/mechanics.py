@@ -75,6 +75,14 @@ _SEEN_IN_COGGING_HALF = {
         "order, or take more readings"
     ),
 }
+#: Of a drag that comes by and by: `record` = "cogging-start".
+_SEEN_IN_COGGING_START = {
+    Cause.TORQUE_FILTER: text(
+        "after the shaft began to turn the torque came to its mean with a time constant of about {time_constant:.2g} s, as behind a slow "
+        "filter, and no cogging is seen: the filter may hide it. State the filter of the transducer in the station file, shorten it, or "
+        "turn more slowly (speed_rpm)"
+    ),
+}
 #: What is said of a torque constant: `record` = "torque-constant".
 _SEEN_IN_TORQUE_CONSTANT = {
     Cause.CHANNELS_DIFFER: text(
@@ -108,6 +116,7 @@ SENTENCES = {
     "ramp-tried": _SEEN_IN_RAMP_TRIED,
     "cogging": _SEEN_IN_COGGING,
     "cogging-half": _SEEN_IN_COGGING_HALF,
+    "cogging-start": _SEEN_IN_COGGING_START,
     "drag": _SEEN_IN_DRAG,
     "torque-constant": _SEEN_IN_TORQUE_CONSTANT,
     "torque-constant-alone": _SEEN_IN_TORQUE_CONSTANT_ALONE,

@@ -26,6 +26,10 @@ _ODD_READING = 5.0
 #: From so many of them on it is no slip of one: what is read once may be off as far, which no residual shows, and the worst lies within
 #: so many standard deviations of the intervals.
 _MANY_ODD, _WITHIN = 2, 2.0
+#: Without a current (share of the largest); and what the inverter's angle may be off by (rad, electrical).
+_NO_CURRENT, _FAR = 0.002, np.radians(4.0)
+#: Flux linkages without a current that show an angle are so many times as large as their scatter.
+_SEEN = 20.0
 #: So many locations are worth reading again.
 _AGAIN = 6
 #: Noise that is taken at first where none is stated, in shares of the largest voltage.
@@ -140,6 +144,8 @@ def _estimate(
     symmetric: bool | None,
 ) -> FluxMapEstimate:
     """Return the map of readings that count all."""
+    for own in readings.sessions():
+        _check_angle(readings.those(own), None if wanted is None else wanted[own])
     stated = readings.noise_stated
     if not stated:
         readings = replace(
@@ -202,6 +208,31 @@ def _estimate(
     grown = replace(fit.map, covariance=covariance, by_sessions=by_sessions)
     every = np.ones(readings.time.size, dtype=np.bool_)
     return FluxMapEstimate(grown, replace(fit, map=grown), even, tested, odd_parts, Misfit(tuple(findings)), every)
+
+
+def _check_angle(readings: FluxReadings, wanted: FloatArray | None) -> None:
+    """Raise EstimationError where the voltages without a current show the d axis far from the magnet: the currents then lie elsewhere than
+    they are said to, by more than a surface through them tells.
+    """
+    asked = readings.current if wanted is None else wanted[:, 0] + 1j * wanted[:, 1]
+    none = np.abs(asked) <= _NO_CURRENT * readings.largest_current
+    flux = readings.voltage / (1j * readings.electrical_speed)
+    ways = [flux[none & (np.sign(readings.electrical_speed) == sign)] for sign in (-1.0, 1.0)]
+    if not all(way.size for way in ways):
+        return
+    seen = min(abs(np.mean(way)) for way in ways)
+    if seen <= _SEEN * float(np.max([np.std(way) for way in ways])):
+        # A motor with hardly a magnet has no angle.
+        return
+    # A delay of the voltages turns them the other way at the other sign of the speed.
+    late = [float(np.angle(np.sum(way))) for way in ways]
+    ahead = -0.5 * (late[0] + late[1])
+    if abs(ahead) > _FAR:
+        raise EstimationError(
+            f"without a current the voltages show that the inverter's d axis leads the magnet by {np.degrees(ahead):.1f}° electrical: the "
+            f"currents are not those that are asked for. Calibrate the inverter's angle (the offset of its encoder, the commutation angle) "
+            f"to within {np.degrees(_FAR):.0f}°, and read again"
+        )
 
 
 def _pairs(readings: FluxReadings, wanted: FloatArray | None) -> list[int]:

@@ -18,6 +18,8 @@ from procedures.estimation.flux.stroke_train import ComplexArray, FluxOf, Stroke
 _LAG = 5.0e-5
 #: Standard deviation (rad) of a drive's angle zero where nothing tells it.
 _ANGLE = math.radians(0.5)
+#: Sides of i_q that are unlike by more than this share of the largest flux linkage (rms) mirror no motor.
+_UNLIKE = 0.03
 #: The stator's frame and the drive's differ by a third of a turn times a whole number, within this (rad).
 _THIRD, _NEAR = 2.0 * math.pi / 3.0, math.radians(20.0)
 #: Strokes along one axis alone look alike in either order of the phases: one's share of the other.
@@ -103,6 +105,12 @@ def fit_standstill(trains: Sequence[StrokeTrain], flux_linkage: float, gains: St
     angle, spread, asymmetry = _angle(locations, slopes, flux_linkage, residual)
     course = resistance * stroke_course(seen, charges, resistance).half_width
     made_map = _map(locations, slopes, flux_linkage, gains, angle, spread, course)
+    if asymmetry > _UNLIKE * made_map.full_scale:
+        raise EstimationError(
+            f"the flux linkages at both signs of i_q differ by {asymmetry / made_map.full_scale:.1%} of the largest (rms), where they "
+            "are to mirror each other: the drive's d axis lies beside the magnet, or the rotor was moved. Calibrate the drive's angle "
+            "(the offset of its encoder), and measure again"
+        )
     return StandstillMap(made_map, resistance, angle, spread, mirrored, frame, residual, asymmetry)
 
 

@@ -15,6 +15,8 @@ from procedures.estimation.mechanics.cogging_speeds import AtHalfSpeed
 _BLURRED = 0.1
 #: Periods within the averaging beyond which nothing reliable is left.
 _NULL = 0.9
+#: The share of a limit that its 95 % interval reaches.
+_OF_LIMIT = 0.95
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,10 @@ class Transducer:
     averaging: float
     torque_filter: float = 0.0
 
+    def passed(self, order: float, speed: float) -> float:
+        """Return the share of an order that the averaging lets through at a speed (rad/s)."""
+        return float(np.sinc(min(order * speed * self.averaging / (2.0 * math.pi), _NULL)))
+
 
 def cogging_figure(
     uncertainties: Uncertainties,
@@ -33,10 +39,14 @@ def cogging_figure(
     slower: AtHalfSpeed,
     transducer: Transducer,
     speed: float,
+    highest: float,
     *,
     order_given: bool,
 ) -> tuple[UncertainReal, tuple[tuple[str, Text], ...]]:
-    """Return the peak-to-peak torque (N·m) that was read at a `speed` (rad/s), and notices by their names."""
+    """Return the peak-to-peak torque (N·m) that was read at a `speed` (rad/s), and notices by their names.
+
+    `highest` is the highest order that the readings follow.
+    """
     notices: list[tuple[str, Text]] = []
     if fit.peak_to_peak > 0.0:
         size = uncertainties.statistical("scatter of the torque over a turn", fit.peak_to_peak, fit.uncertainty)
@@ -56,11 +66,13 @@ def cogging_figure(
                 ),
             )
         )
-        size = uncertainties.limit("cogging that the scatter may hide", 0.5 * fit.hidden, 0.5 * fit.hidden)
+        # Averaging takes most of the highest order that the readings follow. The 95 % interval begins at none.
+        hidden = fit.hidden / transducer.passed(highest, speed)
+        size = uncertainties.limit("cogging that the scatter may hide", 0.5 * hidden, 0.5 * hidden / _OF_LIMIT)
     # A filter that is stated is undone, and one that half the speed shows is made up for.
     if fit.orders.size and not (transducer.torque_filter or slower.limit):
         order = float(fit.orders[int(np.argmax(fit.amplitudes))])
-        seen = float(np.sinc(min(order * speed * transducer.averaging / (2.0 * math.pi), _NULL)))
+        seen = transducer.passed(order, speed)
         lost = 1.0 - seen
         if lost > _BLURRED:
             notices.append(
