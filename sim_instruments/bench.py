@@ -31,7 +31,7 @@ from sim_instruments.transports.serial.pty import SerialStream
 from sim_instruments.transports.visa.library import InProcessVisaLibrary
 from sim_instruments.world.fixture.layout import crosspoints
 from sim_instruments.world.fixture.relay_contacts import RelayContacts
-from sim_instruments.world.machine_data import InverterStage, Leads
+from sim_instruments.world.machine_data import InverterStage, Leads, SupplyStage
 from sim_instruments.world.world import World
 
 Address = str | dict[str, str | int]
@@ -110,7 +110,7 @@ class VirtualBench:
             seed=seed,
             dynamometer=self._stage("dynamometer"),
             inverter=setting.disturbances.inverter.stage(self._stage("inverter") or InverterStage()),
-            supply=self._stage("supply"),
+            supply=setting.disturbances.supply.stage(self._stage("supply") or SupplyStage()),
             leads=setting.leads,
             ambient_temperature=setting.ambient_temperature,
             star_point_accessible=setting.star_point_accessible,

@@ -8,7 +8,7 @@ from pydantic import Field
 from bench.files.toml_file import Section, read, validate
 from bench.motor.motor_sections import number
 from drivers.interfaces.text import text
-from sim_instruments.disturbances.bench import Contacts, Disturbances, Hands, ShaftSensors
+from sim_instruments.disturbances.bench import Contacts, Disturbances, Hands, ShaftSensors, SupplyRipple
 from sim_instruments.disturbances.channel import ChannelPath
 from sim_instruments.disturbances.current_loop import CurrentLoop
 
@@ -106,6 +106,13 @@ class InverterSection(Section):
     voltage_noise: float = number("V", 0.0, at_least=0.0, up_to=1e3, description="standard deviation of a reading")
 
 
+class SupplySection(Section):
+    """`[supply]`: what is on the output of the DC supply."""
+
+    ripple: float = number("V", 0.0, at_least=0.0, up_to=100.0, description="amplitude of a triangle")
+    frequency: float = number("Hz", 100.0, at_least=10.0, up_to=1000.0, description="100 or 120 Hz behind a rectifier")
+
+
 class ChannelsSection(Section):
     """`[channels]`: the oscilloscope's, by number."""
 
@@ -126,6 +133,7 @@ class _File(Section):
     contacts: ContactsSection = ContactsSection()
     hands: HandsSection = HandsSection()
     inverter: InverterSection = InverterSection()
+    supply: SupplySection = SupplySection()
 
 
 def load_disturbances(path: Path) -> Disturbances:
@@ -138,4 +146,5 @@ def load_disturbances(path: Path) -> Disturbances:
         Contacts(**file.contacts.model_dump()),
         Hands(**file.hands.model_dump()),
         CurrentLoop(**file.inverter.model_dump()),
+        SupplyRipple(**file.supply.model_dump()),
     )

@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 from sim_instruments.disturbances.channel import CLEAR, ChannelPath
 from sim_instruments.disturbances.current_loop import CurrentLoop
+from sim_instruments.world.machine_data import SupplyStage
 
 
 def _not_negative(part: object, positive: frozenset[str] = frozenset()) -> None:
@@ -99,9 +100,26 @@ class Hands:
 
 
 @dataclass(frozen=True)
+class SupplyRipple:
+    """What of its rectifier is left on a DC supply's output: a triangle of the amplitude `ripple` (V) and the `frequency` (Hz), while it
+    holds a voltage.
+    """
+
+    ripple: float = 0.0
+    frequency: float = 100.0
+
+    def __post_init__(self) -> None:
+        _not_negative(self, frozenset({"frequency"}))
+
+    def stage(self, stage: SupplyStage) -> SupplyStage:
+        """Return a stage with this on its output."""
+        return replace(stage, ripple=self.ripple, ripple_frequency=self.frequency) if self.ripple else stage
+
+
+@dataclass(frozen=True)
 class Disturbances:
-    """Disturbances of a bench: of the oscilloscope's `channels` by number, of the shaft's `sensors`, of `contacts`, of `hands`, and of
-    the `inverter`, which are more than it has by itself.
+    """Disturbances of a bench: of the oscilloscope's `channels` by number, of the shaft's `sensors`, of `contacts`, of `hands`, of the
+    `supply`, and of the `inverter`, which are more than it has by itself.
     """
 
     channels: Mapping[int, ChannelPath] = field(default_factory=dict)
@@ -109,6 +127,7 @@ class Disturbances:
     contacts: Contacts = field(default_factory=Contacts)
     hands: Hands = field(default_factory=Hands)
     inverter: CurrentLoop = field(default_factory=CurrentLoop)
+    supply: SupplyRipple = field(default_factory=SupplyRipple)
 
     def channel(self, number: int) -> ChannelPath:
         """Return what lies before a channel's converter."""

@@ -17,18 +17,32 @@ def _not_negative(part: object) -> None:
 class SupplyStage:
     """Output stage of a DC supply.
 
-    `maximum_voltage` V, `maximum_current` A, `output_resistance` Ω, `slew` V/s up and down.
+    `maximum_voltage` V, `maximum_current` A, `output_resistance` Ω, `slew` V/s up and down. While it holds a voltage, a triangle of the
+    amplitude `ripple` (V) and the frequency `ripple_frequency` (Hz) is on it, as a rectifier's capacitor leaves it.
     """
 
     maximum_voltage: float = 10.3
     maximum_current: float = 10.3
     output_resistance: float = 0.005
     slew: float = 1000.0
+    ripple: float = 0.0
+    ripple_frequency: float = 100.0
 
     def __post_init__(self) -> None:
         _not_negative(self)
         if self.slew == 0.0:
             raise ValueError("SupplyStage.slew is 0 V/s; the output could never rise")
+        if self.ripple_frequency == 0.0:
+            raise ValueError("SupplyStage.ripple_frequency is 0 Hz; it must be positive")
+
+    def ripple_at(self, time: float) -> tuple[float, float, float]:
+        """Return the ripple (V) at a time (s), its slope (V/s), and when it turns next."""
+        half = 0.5 / self.ripple_frequency
+        # At a turn, the next half wave counts.
+        number = math.floor(time / half + 1e-9)
+        sign = 1.0 if number % 2 == 0 else -1.0
+        slope = sign * 2.0 * self.ripple / half
+        return -sign * self.ripple + slope * (time - number * half), slope, (number + 1) * half
 
 
 @dataclass(frozen=True)

@@ -65,10 +65,18 @@ def regime(
             needed = network.voltage_for_constant_current(
                 network.loop_currents(state.winding_currents, angle), angle, speed
             )
-            if needed <= supply.voltage * (1.0 + 0.5 * _HYSTERESIS) + 0.5 * _HYSTERESIS:
-                leaving = supply.voltage * (1.0 + _HYSTERESIS) + _HYSTERESIS
+            highest = supply.voltage + stage.ripple
+            if needed <= highest * (1.0 + 0.5 * _HYSTERESIS) + 0.5 * _HYSTERESIS:
+                leaving = highest * (1.0 + _HYSTERESIS) + _HYSTERESIS
                 return Regime(CurrentSource(limit), "cc", thresholds=Thresholds(voltage=leaving))
     rising = Thresholds(current=limit) if network.drives_current else Thresholds()
+    ripple, slope, turn = stage.ripple_at(time)
+    if (
+        stage.ripple
+        and abs(voltage - supply.voltage) <= stage.ripple * (1.0 + _HYSTERESIS)
+        and supply.voltage > stage.ripple
+    ):
+        return Regime(VoltageSource(time, supply.voltage + ripple, slope), "cv", turn, rising)
     if math.isclose(voltage, supply.voltage, rel_tol=1e-12, abs_tol=1e-12):
         return Regime(VoltageSource(time, supply.voltage), "cv", thresholds=rising)
     slope = math.copysign(stage.slew, supply.voltage - voltage)

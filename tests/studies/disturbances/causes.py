@@ -258,6 +258,10 @@ def _vibration(dirt: Dirt) -> None:
     dirt.sensors(vibration=dirt.log(0.01, 3.0) * friction, vibration_frequency=dirt.log(0.3, 30.0))
 
 
+def _supply_ripple(dirt: Dirt) -> None:
+    dirt.supply(ripple=dirt.log(1e-3, 0.2) * dirt.step_voltage, frequency=dirt.either(100.0, 120.0))
+
+
 def _nothing(_: Dirt) -> None:
     pass
 
@@ -304,6 +308,8 @@ LISTED = (
 
 UNLISTED = (
     Cause("ground-loop", STEP, _hum(True, 16.7), listed=False),
+    Cause("supply-ripple", STEP, _supply_ripple, listed=False),
+    Cause("supply-ripple", WIRES, _supply_ripple, listed=False),
     Cause("ground-loop", EMF, _hum(False, 16.7), listed=False),
     Cause("clock-jitter", STEP, _jitter(True), listed=False),
     Cause("clock-jitter", EMF, _jitter(False), listed=False),

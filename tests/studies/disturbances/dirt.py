@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from procedures.core.nameplate import Nameplate
-from sim_instruments.disturbances.bench import Contacts, Disturbances, Hands, ShaftSensors
+from sim_instruments.disturbances.bench import Contacts, Disturbances, Hands, ShaftSensors, SupplyRipple
 from sim_instruments.disturbances.channel import ChannelPath
 from sim_instruments.disturbances.current_loop import CurrentLoop
 from sim_instruments.physics.motor.motor import VirtualMotor
@@ -31,6 +31,7 @@ class Dirt:
     _contacts: dict[str, Any] = field(default_factory=dict)
     _hands: dict[str, Any] = field(default_factory=dict)
     _inverter: dict[str, float] = field(default_factory=dict)
+    _supply: dict[str, float] = field(default_factory=dict)
 
     # How much
 
@@ -106,6 +107,10 @@ class Dirt:
         """Put something on the drive, over what it has by itself."""
         self._inverter.update(values)
 
+    def supply(self, **values: float) -> None:
+        """Put something on the supply's output."""
+        self._supply.update(values)
+
     def bearing(self, **values: Any) -> None:
         """Change the motor's bearing."""
         self.motor = replace(self.motor, bearing=replace(self.motor.bearing, **values))
@@ -122,4 +127,5 @@ class Dirt:
             Contacts(**self._contacts),
             Hands(**self._hands),
             CurrentLoop(**self._inverter),
+            SupplyRipple(**self._supply),
         )
