@@ -60,10 +60,27 @@ def ended_from(voltage: FloatArray) -> int | None:
     if largest <= 0.0:
         return None
     level = float(np.median(moved[moved > 0.5 * largest]))
-    if float(np.median(moved[-max(3, voltage.size // _LAST) :])) > _OFF * level:
+    again = _next_pulse(moved, level)
+    # Between two pulses the rest may be short.
+    last = voltage.size // _LAST if again == voltage.size else _LEAST_ON // 2
+    moved = moved[:again]
+    if float(np.median(moved[-max(3, last) :])) > _OFF * level:
         return None
     on = np.flatnonzero(moved > _ON * level)
     if on.size < max(_LEAST_ON, (1.0 - _WITHOUT) * (on[-1] - on[0] + 1)):
         return None
     fall = int(np.argmax(moved[on[-1] :] < _OFF * level))
     return int(on[-1]) - fall if 0 < _SHARP * fall < on.size else None
+
+
+def _next_pulse(moved: FloatArray, level: float) -> int:
+    """Return the sample at which a second pulse of a few begins, after at least as long a rest as a pulse takes to count; n where none
+    does. Of many, the voltage switches.
+    """
+    state = np.where(moved > _ON * level, 1, np.where(moved < _OFF * level, -1, 0))
+    clear = np.flatnonzero(state)
+    rises = clear[1:][np.diff(state[clear]) > 0]
+    falls = clear[1:][np.diff(state[clear]) < 0]
+    if not 2 <= rises.size < _RISES or not falls.size or falls[0] > rises[1]:
+        return int(moved.size)
+    return int(rises[1]) if rises[1] - falls[0] >= _LEAST_ON else int(moved.size)

@@ -66,3 +66,15 @@ def test_a_coarse_or_noisy_plain_step_does_not_switch(noise):
     fit = fit_step_response(t, v, i, voltage_resolution=0.02)
     assert Cause.SWITCHING not in {f.cause for f in fit.misfit.findings}
     assert abs(fit.value("resistance") - R) < 3.5 * fit.uncertainty("resistance")
+
+
+@pytest.mark.parametrize("rest", [0.6e-3, 2e-3])
+def test_a_record_that_ends_in_the_next_pulse_is_read_up_to_the_end_of_the_first(rest):
+    first = 4e-3
+    record = driven(lambda t, i: 2.0 if 0.0 <= t < first or t >= first + rest else -0.5 * (t >= 0.0 and i > 0.0), 2000)
+    fit = fit_step_response(*record)
+    (finding,) = fit.misfit.findings
+    assert (finding.cause, finding.answer) == (Cause.PULSE_ENDS, Answer.MODELLED)
+    assert finding.figures["at"] == pytest.approx(first, abs=3.0 * DT)
+    assert abs(fit.value("resistance") - R) < 2.5 * fit.uncertainty("resistance")
+    assert abs(fit.value("inductance") - L) < 2.5 * fit.uncertainty("inductance") + fit.timing * L
