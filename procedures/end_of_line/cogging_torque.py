@@ -20,7 +20,7 @@ from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Findi
 from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
 from procedures.estimation.mechanics.cogging_speeds import AtHalfSpeed, compare, part_of_turn, read_again
 from procedures.estimation.mechanics.torque_start import lag_at_start
-from procedures.techniques.shaft.cogging_figure import Transducer, cogging_figure
+from procedures.techniques.shaft.cogging_figure import TransducerFilter, cogging_figure
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.verification.settings import WiringSettings
 
@@ -214,7 +214,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             "readings": curve(angle=angle, torque=turned.torque),
         }
         highest = 0.5 * angle.size / turns
-        transducer = Transducer(self.settings.averaging, last.torque_filter)
+        transducer = TransducerFilter(self.settings.averaging, last.torque_filter)
         size, notices = cogging_figure(
             unc, fit, slower, transducer, abs(turned.speed), highest, order_given=self.settings.order is not None
         )
