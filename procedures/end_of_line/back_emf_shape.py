@@ -34,7 +34,7 @@ _FEW = 1
 _LARGEST_OF_THREE = all_at_once(_PHASES, math.inf)
 UNBALANCE, THD = "back_emf_unbalance", "back_emf_thd"
 #: Channels that lost a part of the wave.
-_LOST = frozenset({Cause.CLIPPED, Cause.DROPOUTS, Cause.UNEXPLAINED})
+_LOST = frozenset({Cause.CLIPPED, Cause.DROPOUTS})
 #: A bent wave is off by so many times the share of the fundamental that is told, and told from this share on.
 _BENT, _SEEN_BENT = 1.4, 1e-3
 #: A lag (rad) between two channels that is told, beyond so many of its standard uncertainties.
@@ -105,6 +105,8 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         known = self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
         record_time = self.settings.periods * 2.0 * math.pi / ((known or _FEW) * speed)
         shapes: list[EmfShape] = []
+        #: As the shaft turns forwards, where a current in shorted turns makes one neighbour larger and the other smaller.
+        self._forwards: list[EmfShape] = []
         for first in range(_PHASES if self.settings.exchange else 1):
             self.wiring.shaft.connect_probes(phases_on(channels, first))
             shape = self._recorded(channels, speed, record_time)
@@ -115,6 +117,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
                 speed = _SLOWER * speed if mains else speed
                 record_time = self.settings.periods / (shape.frequency * (_SLOWER if mains else 1.0))
                 shape = self._recorded(channels, speed, record_time)
+            self._forwards.append(shape)
             if self.settings.both_ways:
                 back = self._recorded(channels, -speed, record_time)
                 self._tell_lags(channels, shape, back)
@@ -150,6 +153,10 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         farthest = largest_deviation(sizes)
         self.findings |= {
             "flux_linkages": {label: float(size.x) for label, size in zip(labels, sizes, strict=True)},
+            "flux_linkages_forwards": {
+                label: float(np.mean([s.flux[(phase - first) % _PHASES] for first, s in enumerate(self._forwards)]))
+                for phase, label in enumerate(labels)
+            },
             "unbalanced_phase": labels[farthest.place],
         }
         self.report(
@@ -285,6 +292,9 @@ def of_shape(misfit: Misfit, *, both_ways: bool) -> Misfit:
             found.append(replace(finding, answer=Answer.WITHHELD, estimates=(UNBALANCE, THD)))
         elif record == "emf-both-ways":
             found.append(finding)
+        elif finding.cause is Cause.UNEXPLAINED:
+            # A magnet that is reversed repeats itself every turn and not every period: what no harmonic explains is the motor's as well.
+            found.append(replace(finding, answer=Answer.SAID, estimates=(UNBALANCE, THD)))
         elif finding.cause is Cause.BANDWIDTH or (finding.cause is Cause.DISTORTION and (record or not both_ways)):
             found.append(replace(finding, answer=Answer.WIDENED, estimates=(UNBALANCE, THD)))
     return Misfit(tuple(found))

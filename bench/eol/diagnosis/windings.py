@@ -150,7 +150,8 @@ def _odd_emf(evidence: Evidence) -> tuple[FaultyPart, str, float] | None:
     A winding with less turns has a smaller voltage, by half as much as its share there, and the others are alike. A current in
     shorted turns lags by a quarter of a period: it makes the one neighbour larger and the other smaller.
     """
-    sizes = evidence.of("back-emf-shape", "flux_linkages")
+    # Turned both ways, what lags makes both neighbours alike.
+    sizes = evidence.of("back-emf-shape", "flux_linkages_forwards") or evidence.of("back-emf-shape", "flux_linkages")
     if not sizes or not {"back_emf_unbalance", "back_emf_angle_deviation"} & evidence.outside.keys():
         return None
     mean = sum(sizes.values()) / len(sizes)
