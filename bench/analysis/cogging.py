@@ -18,7 +18,7 @@ from drivers.interfaces.text import Text, Translate, english, text
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
 from procedures.estimation.mechanics.cogging_speeds import AtHalfSpeed, compare, read_again
-from procedures.techniques.shaft.cogging_figure import Transducer, cogging_figure
+from procedures.techniques.shaft.cogging_figure import TransducerFilter, cogging_figure
 
 _ANGLE_WORDS = ("angle", "theta", "winkel", "position")
 _RPM = math.pi / 30.0
@@ -82,7 +82,7 @@ def analyze_cogging(
             torque_filter=torque_filter,
         ),
     )
-    transducer = Transducer(averaging if first.speed else 0.0, torque_filter)
+    transducer = TransducerFilter(averaging if first.speed else 0.0, torque_filter)
     slower = _at_half_speed(records, fit, transducer) if len(records) > 1 else AtHalfSpeed()
     turns = abs(float(first.angle[-1] - first.angle[0])) / (2.0 * math.pi)
     highest = 0.5 * first.angle.size / turns
@@ -172,7 +172,7 @@ def _speeds(capture: Capture, among: Sequence[CaptureChannel]) -> FloatArray:
     return channel.values
 
 
-def _at_half_speed(records: Sequence[_Record], fit: Cogging, transducer: Transducer) -> AtHalfSpeed:
+def _at_half_speed(records: Sequence[_Record], fit: Cogging, transducer: TransducerFilter) -> AtHalfSpeed:
     """Return what the second record tells. Raises CaptureError where it is not one at half the speed."""
     first, second = records
     if not first.speed or abs(second.speed / first.speed - _HALF) > _NEAR:

@@ -20,7 +20,7 @@ from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Findi
 from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
 from procedures.estimation.mechanics.cogging_speeds import AtHalfSpeed, compare, part_of_turn, read_again
 from procedures.estimation.mechanics.torque_start import lag_at_start
-from procedures.techniques.shaft.cogging_figure import Transducer, cogging_figure
+from procedures.techniques.shaft.cogging_figure import TransducerFilter, cogging_figure
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.verification.settings import WiringSettings
 
@@ -29,6 +29,8 @@ _RPM = math.pi / 30.0
 _WHOLE = 0.98
 #: Orders below this are no cogging where the pole pairs are not known: each pole passes a slot twice a turn at least.
 _LOWEST = 6
+#: Readings a turn, and for each pole pair: the least common multiple of slots and poles is often twelve times the pole pairs.
+_FEWEST_A_TURN, _FOR_EACH_PAIR, _USUAL_PAIRS = 250, 60.0, 10.0
 #: Readings come later than evenly spaced ones by up to this share of their spacing, by a rule that never repeats itself.
 _UNEVEN, _GOLDEN = 0.8, 0.5 * (math.sqrt(5.0) - 1.0)
 #: Readings a period at half the speed, at least so many in all, so long (s) after it is reached.
@@ -85,7 +87,12 @@ class CoggingTorqueSettings(WiringSettings):
         description="turns, if the order is not known; one turn alone does not show what happens only once: a drift, hum, a "
         "knock",
     )
-    readings: int = Field(default=250, ge=50, le=100_000, description="readings per turn, if the order is not known")
+    readings: int | None = Field(
+        default=None,
+        ge=50,
+        le=100_000,
+        description="readings per turn, if the order is not known; 60 for each pole pair and at least 250, 600 if those are not known",
+    )
     half_speed: bool = Field(
         default=True,
         description="read some periods at half the speed as well: a filter, or a vibration, then does not pass for cogging",
@@ -135,7 +142,9 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         """Return the readings, spread over the way, and what they show."""
         bench, settings = self.bench, self.settings
         speed = min(settings.speed_rpm * _RPM, driving_speed_rad(bench, self.nameplate, 1.0))
-        count, turns = round(settings.readings * settings.turns), settings.turns
+        pairs = self._pole_pairs()
+        readings = settings.readings or max(_FEWEST_A_TURN, round(_FOR_EACH_PAIR * (pairs or _USUAL_PAIRS)))
+        count, turns = round(readings * settings.turns), settings.turns
         if settings.order is not None:
             count, turns = round(settings.periods * settings.readings_per_period), settings.periods / settings.order
         turned = self._turned(speed, turns, count)
@@ -173,9 +182,13 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         bench.dynamometer.stop()
         return Turned(taken)
 
+    def _pole_pairs(self) -> float | None:
+        """Return the pole pairs, None where nothing says them."""
+        return self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
+
     def _fitted(self, turned: Turned) -> Cogging:
         last = turned.readings[-1]
-        pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
+        pairs = self._pole_pairs()
         return fit_cogging(
             turned.angle,
             turned.torque,
@@ -201,7 +214,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             "readings": curve(angle=angle, torque=turned.torque),
         }
         highest = 0.5 * angle.size / turns
-        transducer = Transducer(self.settings.averaging, last.torque_filter)
+        transducer = TransducerFilter(self.settings.averaging, last.torque_filter)
         size, notices = cogging_figure(
             unc, fit, slower, transducer, abs(turned.speed), highest, order_given=self.settings.order is not None
         )

@@ -20,7 +20,8 @@ def bench():
 
 
 @pytest.mark.parametrize(
-    ("settings", "readings", "way"), [((), 500, 2.0), (("turns=1",), 250, 1.0), (("order=24",), 120, 0.5)]
+    ("settings", "readings", "way"),
+    [((), 1200, 2.0), (("turns=1", "readings=250"), 250, 1.0), (("order=24",), 120, 0.5)],
 )
 def test_it_turns_as_far_as_it_must_and_stops(bench, settings, readings, way):
     begun = bench.clock.now()
@@ -80,7 +81,13 @@ def feeling():
 
 
 @pytest.mark.parametrize(
-    ("name", "settings"), [("lg-400w", ()), ("lg-400w", ("order=24",)), ("outrunner-delta", ("order=84",))]
+    ("name", "settings"),
+    [
+        ("lg-400w", ()),
+        ("lg-400w", ("order=24",)),
+        ("outrunner-delta", ()),
+        ("outrunner-delta", ("order=84",)),
+    ],
 )
 def test_it_holds_the_truth(feeling, name, settings):
     file = load_motor(name)
@@ -89,7 +96,7 @@ def test_it_holds_the_truth(feeling, name, settings):
         result = measure(bench, file.nameplate, "cogging-torque", *settings)
     found = result.parameter("cogging_torque")
     assert within(found, 2.0 * motor.cogging_torque)
-    assert found.standard_uncertainty < 0.03 * found.value
+    assert found.standard_uncertainty < 0.04 * found.value
     assert result.findings["orders"] == [motor.cogging_order]
 
 
@@ -103,10 +110,10 @@ def test_an_order_too_high_for_a_whole_turn_is_no_small_cogging(feeling):
     file = load_motor("outrunner-delta")
     motor = file.virtual_motor()
     with feeling(motor) as bench:
-        result = measure(bench, file.nameplate, "cogging-torque")
+        result = measure(bench, file.nameplate, "cogging-torque", "readings=250")
         # The readings alone do not tell it from scatter; those at half the speed show that there is more.
         low, high = (
-            measure(bench, file.nameplate, "cogging-torque", "half_speed=false")
+            measure(bench, file.nameplate, "cogging-torque", "readings=250", "half_speed=false")
             .parameter("cogging_torque")
             .coverage_interval
         )

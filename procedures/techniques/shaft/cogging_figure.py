@@ -20,7 +20,7 @@ _OF_LIMIT = 0.95
 
 
 @dataclass(frozen=True)
-class Transducer:
+class TransducerFilter:
     """What a torque transducer does to a wave: it averages over `averaging` (s) at most, or has a first-order `torque_filter` (s) that is
     stated.
     """
@@ -37,7 +37,7 @@ def cogging_figure(
     uncertainties: Uncertainties,
     fit: Cogging,
     slower: AtHalfSpeed,
-    transducer: Transducer,
+    transducer: TransducerFilter,
     speed: float,
     highest: float,
     *,

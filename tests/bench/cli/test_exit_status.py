@@ -39,6 +39,8 @@ WRONG = (
     "analyze step-response {bad}",
     "analyze coast-down {bad}",
     "analyze rotor-sweep {bad}",
+    "analyze four-wire {bad}",
+    "analyze cogging {bad}",
     "analyze six-step {other}",
     "analyze table {bad}",
     "analyze flux-map {bad}",
@@ -69,6 +71,7 @@ WRONG = (
     "eol plan {empty} --output x.toml",
     "eol migrate --records {bad}",
     "eol stats --records {none}",
+    "eol forward --records {other}",
     "user add",
 )
 

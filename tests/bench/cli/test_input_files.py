@@ -33,6 +33,8 @@ INPUTS = {
     "analyze step-response": ["FILE"],
     "analyze coast-down": ["FILE"],
     "analyze rotor-sweep": ["FILE"],
+    "analyze four-wire": ["FILE"],
+    "analyze cogging": ["FILE"],
     "analyze six-step": ["FILE --load 0.5"],
     "analyze table": ["FILE --motor lg-400w"],
     "sim six-step": ["--motor FILE --load 0.5"],
@@ -64,7 +66,7 @@ INPUTS = {
     "analyze efficiency": ["FILE"],
 }
 #: These take no file that has to be there.
-NONE = {"station new", "results list", "results schema", "eol schema", "eol pack", "user add"}
+NONE = {"station new", "results list", "results schema", "eol schema", "eol pack", "eol forward", "user add"}
 
 
 def commands(app: App, *before: str) -> set[str]:
