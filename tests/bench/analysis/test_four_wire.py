@@ -163,3 +163,36 @@ def test_a_column_of_row_numbers_is_no_reading(tmp_path):
     plain = analyze_four_wire(table(tmp_path / "plain.csv", (CURRENT, volts(0.2)), "I (A),U (V)"))
     numbered = analyze_four_wire(table(tmp_path / "numbered.csv", (rows, CURRENT, volts(0.2)), "No,I (A),U (V)"))
     assert given(numbered)["coverage_interval"] == given(plain)["coverage_interval"]
+
+
+#: Two amounts of current, set again and again.
+TWO = 3.0 * np.array([1.0, -1.0, 0.5, -0.5] * 4) * (1.0 + 2e-3 * np.random.default_rng(5).standard_normal(16))
+
+
+def test_two_amounts_of_current_do_not_hide_a_contact_that_changes_with_the_current(tmp_path):
+    random = np.random.default_rng(6)
+    film = 0.2 * TWO * (1.0 + 0.02 / (1.0 + np.abs(TWO) / 0.6)) + 3e-6 * random.standard_normal(TWO.size)
+    result = analyze_four_wire(table(tmp_path / "ab.csv", (TWO, film), "I (A),U (V)"))
+    low, high = given(result)["coverage_interval"]
+    assert low < 0.1 < high
+    assert [said["id"] for said in result["warnings"]] == ["few-readings"]
+    assert "two amounts" in result["warnings"][0]["text"]
+
+
+def test_two_amounts_of_current_that_agree_keep_their_narrow_interval(tmp_path):
+    clean = 0.2 * TWO + 3e-6 * np.random.default_rng(7).standard_normal(TWO.size)
+    low, high = given(analyze_four_wire(table(tmp_path / "ab.csv", (TWO, clean), "I (A),U (V)")))["coverage_interval"]
+    assert low < 0.1 < high
+    assert high - low < 5e-6
+
+
+def test_a_contact_that_comes_and_goes_is_told_where_no_accuracy_is_stated(tmp_path):
+    random = np.random.default_rng(9)
+    current = np.tile(CURRENT, 3)
+    read = 0.2 * current * (1.0 + 0.02 * (random.random(current.size) < 0.3))
+    path = table(tmp_path / "ab.csv", (current, read), "I (A),U (V)")
+    result = analyze_four_wire(path)
+    low, high = given(result)["coverage_interval"]
+    assert low < 0.1 < high
+    assert "repeats-differ" in [said["id"] for said in result["warnings"]]
+    assert any("nothing stated explains it" in found["message"] for found in result["misfit"])
