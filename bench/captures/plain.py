@@ -318,9 +318,16 @@ def _headings(before: list[str], width: int, abscissa: str) -> tuple[list[tuple[
         return names, [message]
     cells = [_cells(row, _separator_of_heading(row, width)) for row in rows]
     last = cells[-1]
-    if len(cells) > 1 and all(not cell or si(cell.strip("()[]")) for cell in last):
+    if len(cells) > 1 and _are_units(last) and not _are_units(cells[-2]):
         return [(name.strip('"'), unit.strip("()[]")) for name, unit in zip(cells[-2], last, strict=True)], []
     return [split_heading(cell) for cell in last], []
+
+
+def _are_units(cells: list[str]) -> bool:
+    """Return whether a row below the names is one of units: most of its cells are known ones, as beside a column in °C or %."""
+    named = [cell for cell in cells if cell.strip("()[]- ")]
+    known = sum(si(cell.strip("()[]")) is not None for cell in named)
+    return bool(named) and 2 * known > len(named)
 
 
 def _separator_of_heading(row: str, width: int) -> str | None:

@@ -50,3 +50,10 @@ def test_a_broken_value_is_no_text_column(tmp_path: Path) -> None:
         read(tmp_path, "I (A),U (V)\n1,2\n2,x\n")
     with pytest.raises(CaptureError, match="column 2 has no reading but over range"):
         read(tmp_path, "I (A),U (V)\n1,OL\n2,OL\n")
+
+
+def test_a_row_of_units_counts_beside_a_unit_that_no_record_has(tmp_path: Path) -> None:
+    table = read(tmp_path, "Angle,Torque,Temp\ndeg,mN·m,°C\n0,5,25.1\n180,6,25.2\n", "angle")
+    assert [(channel.name, channel.unit) for channel in table.channels[:2]] == [("Angle", "rad"), ("Torque", "N·m")]
+    assert table.channel("Torque").values == pytest.approx([5e-3, 6e-3])
+    assert table.channel("Temp").values == pytest.approx([25.1, 25.2])
