@@ -40,6 +40,8 @@ _UNEQUAL = 0.03
 _WARMER = 1.0
 #: Readings of meters of which nothing is stated scatter by less than this share of the largest voltage.
 _MOST_SCATTER_UNSTATED = 1e-3
+#: A thermal voltage of copper against brass or tin drifts by so much (V) where terminals differ by a few kelvins.
+_THERMAL_DRIFT = 10e-6
 #: Fewer readings of a line leave the estimator's tests nothing to test.
 _COUNTS, _FEW = (1, 3), 8
 
@@ -138,6 +140,7 @@ def analyze_four_wire(
         misfit=misfit,
     )
     _tell_warming(outcome, lines)
+    _tell_hidden_drift(outcome, lines, fits)
     fewest = min(line.current.values.size for line in lines)
     if fewest < _FEW:
         outcome.warn(
@@ -316,6 +319,25 @@ def _tell_warming(outcome: AnalysisOutcome, lines: Sequence[_Line]) -> None:
                 "heating",
             )
             return
+
+
+def _tell_hidden_drift(outcome: AnalysisOutcome, lines: Sequence[_Line], fits: Sequence[Fit]) -> None:
+    """Say where the currents only rise or only fall from reading to reading, and a thermal voltage's usual drift matters."""
+    hidden = [
+        share
+        for line, fit in zip(lines, fits, strict=True)
+        if (share := resistance.hidden_drift(line.current.values) * _THERMAL_DRIFT / fit.value("resistance"))
+        > fit.uncertainty("resistance") / fit.value("resistance")
+    ]
+    if hidden:
+        outcome.warn(
+            text(
+                "the readings stand in the order of their currents, so a thermal voltage that drifts by 10 µV meanwhile would change the "
+                "resistance by {share:.2g} %, and nothing would show it: change the polarity from reading to reading",
+                share=100.0 * max(hidden),
+            ),
+            "drift-hidden",
+        )
 
 
 def _detail(fit: Fit) -> dict[str, float]:

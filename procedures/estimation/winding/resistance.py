@@ -20,6 +20,8 @@ COPPER, COPPER_REFERENCE = 0.00393, 20.0
 _SLOPE = ("resistance", "offset", "meter")
 #: A voltage drifts where chance alone would do so in this share of records, and so many readings more are left over.
 _CHANCE, _LEAST_FREEDOM = 1e-3, 3
+#: A drift of which more than this share is its own is seen in the readings.
+_SHOWN = 0.1
 #: Currents that are nearer (share of the largest) are one level, set again.
 _SAME_LEVEL = 0.02
 #: Readings over for a voltage that bends, and how much more χ² another shape may leave to be as likely.
@@ -238,6 +240,17 @@ def _at_two_amounts(fit: Fit, i: FloatArray) -> Fit:
     figures: dict[str, float | str] = {"bend": share, "record": "four-wire"}
     finding = Finding(Cause.CURVATURE, Answer.WITHHELD, score=min(score, _MOST), figures=figures)
     return replace(fit, covariance=covariance, misfit=Misfit.together((fit.misfit, Misfit((finding,)))))
+
+
+def hidden_drift(current: FloatArray) -> float:
+    """Return by how much (1/A) a voltage that drifts by one unit from the first reading to the last changes the slope unseen; 0 where the
+    readings' order tells them apart.
+    """
+    plain, order = _plain(current), np.linspace(0.0, 1.0, current.size)
+    moved = np.linalg.pinv(plain) @ order
+    left = order - plain @ moved
+    seen = float(np.sum(left**2)) > _SHOWN * float(np.sum((order - np.mean(order)) ** 2))
+    return 0.0 if seen else abs(float(moved[0]))
 
 
 def count_of_levels(current: FloatArray) -> int:

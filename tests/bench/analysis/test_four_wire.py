@@ -196,3 +196,17 @@ def test_a_contact_that_comes_and_goes_is_told_where_no_accuracy_is_stated(tmp_p
     assert low < 0.1 < high
     assert "repeats-differ" in [said["id"] for said in result["warnings"]]
     assert any("nothing stated explains it" in found["message"] for found in result["misfit"])
+
+
+@pytest.mark.parametrize(("alternates", "told"), [(False, True), (True, False)])
+def test_a_sweep_of_the_current_says_that_it_hides_a_thermal_drift(tmp_path, alternates, told):
+    rising = np.array([-5.0, -4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0, 5.0])
+    current = (rising[[0, 9, 1, 8, 2, 7, 3, 6, 4, 5]] if alternates else rising) + 1e-4 * np.arange(10) ** 2 % 7e-4
+    read = 2e-3 * current + 10e-6 * np.linspace(0.0, 1.0, 10) + 2e-8 * np.random.default_rng(3).standard_normal(10)
+    result = analyze_four_wire(table(tmp_path / "ab.csv", (current, 1e3 * read), "I (A),U (mV)"))
+    assert ("drift-hidden" in [said["id"] for said in result["warnings"]]) == told
+    if told:
+        low, high = given(result)["coverage_interval"]
+        # 10 µV over 10 A: a thousandth of 1 mΩ, as the warning says.
+        assert given(result)["value"] == pytest.approx(1e-3 * 1.0005, rel=1e-4)
+        assert high - low < 1e-6
