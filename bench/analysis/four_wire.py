@@ -38,6 +38,10 @@ _VOLTAGE_WORDS, _CURRENT_WORDS = ("volt", "u", "v"), ("curr", "strom", "i")
 _UNEQUAL = 0.03
 #: A winding that warms by more than this (K) while it is read is told.
 _WARMER = 1.0
+#: Readings of meters of which nothing is stated scatter by less than this share of the largest voltage.
+_MOST_SCATTER_UNSTATED = 1e-3
+#: A thermal voltage of copper against brass or tin drifts by so much (V) where terminals differ by a few kelvins.
+_THERMAL_DRIFT = 10e-6
 #: Fewer readings of a line leave the estimator's tests nothing to test.
 _COUNTS, _FEW = (1, 3), 8
 
@@ -100,7 +104,10 @@ def analyze_four_wire(
     }
     applied = AppliedAccuracy(accuracy, uses, captures)
     outcome = AnalysisOutcome("stator_resistance_dc", "3.2", captures[0], applied, translate)
-    fits = [estimated(line.capture, lambda line=line: _slope(line)) for line in lines]  # type: ignore[misc]
+    fits = [
+        _widened(line, estimated(line.capture, lambda line=line: _slope(line)), applied)  # type: ignore[misc]
+        for line in lines
+    ]
     quantities = [_quantity(outcome, line, fit) for line, fit in zip(lines, fits, strict=True)]
     misfit = Misfit.together(
         tuple(
@@ -133,6 +140,7 @@ def analyze_four_wire(
         misfit=misfit,
     )
     _tell_warming(outcome, lines)
+    _tell_hidden_drift(outcome, lines, fits)
     fewest = min(line.current.values.size for line in lines)
     if fewest < _FEW:
         outcome.warn(
@@ -140,6 +148,14 @@ def analyze_four_wire(
                 "{count} readings of a line do not show a contact that changes with the current, or a single wrong reading: take four "
                 "currents or more, each with both polarities",
                 count=fewest,
+            ),
+            "few-readings",
+        )
+    elif min(resistance.count_of_levels(line.current.values) for line in lines) < 3:
+        outcome.warn(
+            text(
+                "two amounts of current do not tell a contact that changes with the current, or a range that reads differently, from "
+                "the zero of the current's meter: the interval holds both; take four currents or more, each with both polarities"
             ),
             "few-readings",
         )
@@ -211,7 +227,24 @@ def _scatter(line: _Line, fit: Fit, applied: AppliedAccuracy) -> Misfit:
         for kind, each in (("current", line.current), ("voltage", line.voltage))
     ]
     found = scattered(fit, line.current.values, (limits[0], limits[1]))
-    return found if applied.stated or found.withholding("resistance") else Misfit()
+    if applied.stated or found.withholding("resistance"):
+        return found
+    return Misfit(
+        tuple(
+            replace(each, figures={**each.figures, "record": "four-wire-unstated"})
+            for each in found.findings
+            if float(each.figures["scatter"]) > _MOST_SCATTER_UNSTATED
+        )
+    )
+
+
+def _widened(line: _Line, fit: Fit, applied: AppliedAccuracy) -> Fit:
+    """Return the fit with what a contact or a range may do that makes its readings scatter: more of them do not average that out."""
+    if not _scatter(line, fit, applied):
+        return fit
+    covariance = fit.covariance.copy()
+    covariance[0, 0] += (fit.residual_rms / float(np.std(np.abs(line.current.values)))) ** 2
+    return replace(fit, covariance=covariance)
 
 
 def _compare(
@@ -286,6 +319,25 @@ def _tell_warming(outcome: AnalysisOutcome, lines: Sequence[_Line]) -> None:
                 "heating",
             )
             return
+
+
+def _tell_hidden_drift(outcome: AnalysisOutcome, lines: Sequence[_Line], fits: Sequence[Fit]) -> None:
+    """Say where the currents only rise or only fall from reading to reading, and a thermal voltage's usual drift matters."""
+    hidden = [
+        share
+        for line, fit in zip(lines, fits, strict=True)
+        if (share := resistance.hidden_drift(line.current.values) * _THERMAL_DRIFT / fit.value("resistance"))
+        > fit.uncertainty("resistance") / fit.value("resistance")
+    ]
+    if hidden:
+        outcome.warn(
+            text(
+                "the readings stand in the order of their currents, so a thermal voltage that drifts by 10 µV meanwhile would change the "
+                "resistance by {share:.2g} %, and nothing would show it: change the polarity from reading to reading",
+                share=100.0 * max(hidden),
+            ),
+            "drift-hidden",
+        )
 
 
 def _detail(fit: Fit) -> dict[str, float]:

@@ -17,6 +17,7 @@ class CaptureError(InputError):
     def __init__(self, source: str, what: Text | str, line: int | None = None) -> None:
         self.source = source
         self.line = line
+        self.what = what
         super().__init__(at(text("{source}, line {line}", source=source, line=line) if line else source, what))
 
 

@@ -13,6 +13,7 @@ from bench.captures.decimal_marks import doubtful_number
 from bench.captures.marks import OVER_RANGE, at_the_ends, over_range_marked, seconds_by_the_clock
 from bench.captures.signs import without_blanks
 from bench.captures.text import check_increasing, number, read_numbers
+from bench.captures.text_columns import without_text_columns
 from bench.captures.units import si, split_heading
 from bench.captures.written_digits import FloatArray
 from drivers.interfaces.text import Text, text
@@ -86,6 +87,20 @@ def read_plain(
     of the column of time, or its number from 1, where it is not the first; `time_unit` is its unit where it says none. Raises CaptureError.
     """
     lines = [line if not line.lstrip().startswith(("#", "%")) else "" for line in lines]
+    if abscissa == "time":
+        # A blank line among samples may stand for one that is missing.
+        return _read_table(path, lines, abscissa, time_column, time_unit)
+    places = [k for k, line in enumerate(lines) if line.strip(" \t;,")]
+    try:
+        table = _read_table(path, [lines[k] for k in places], abscissa, time_column, time_unit)
+    except CaptureError as error:
+        if error.line is None or places[error.line - 1] == error.line - 1:
+            raise
+        raise CaptureError(error.source, error.what, places[error.line - 1] + 1) from error
+    return replace(table, first_line=places[table.first_line - 1] + 1)
+
+
+def _read_table(path: Path, lines: list[str], abscissa: str, time_column: str | None, time_unit: str | None) -> Capture:
     lines, by_clock = seconds_by_the_clock(_without_quoted_commas(lines))
     first, delimiter = 0, None
     for k, line in enumerate(lines[:100]):
@@ -99,6 +114,7 @@ def read_plain(
         )
     if delimiter is not None:
         lines = [*lines[:first], *(_without_blanks(line, delimiter) for line in lines[first:])]
+    lines, left_out = without_text_columns(lines, first, delimiter)
     units: dict[int, str] = {}
     if has_units(_cells(lines[first], delimiter)):
         lines, units = without_units(path, lines, first, delimiter)
@@ -119,10 +135,12 @@ def read_plain(
         raise CaptureError(str(path), text("holds one row of numbers only; export the whole record"), first + 1)
     headings, assumptions = _headings(lines[:first], width, abscissa)
     no_heading = bool(assumptions) and not by_clock and 0 not in units
+    noted = [text("column '{name}' holds no number; it is left out", name=name) for name in left_out]
     headings = [(name, units.get(k, unit)) for k, (name, unit) in enumerate(headings)]
     if by_clock:
         headings[0] = headings[0][0], "s"
         assumptions = [text("time by the clock, counted in seconds from the first sample")]
+    assumptions += noted
     columns = []
     for k, (name, unit) in enumerate(headings):
         known = si(unit) if unit else None
@@ -300,9 +318,16 @@ def _headings(before: list[str], width: int, abscissa: str) -> tuple[list[tuple[
         return names, [message]
     cells = [_cells(row, _separator_of_heading(row, width)) for row in rows]
     last = cells[-1]
-    if len(cells) > 1 and all(not cell or si(cell.strip("()[]")) for cell in last):
+    if len(cells) > 1 and _are_units(last) and not _are_units(cells[-2]):
         return [(name.strip('"'), unit.strip("()[]")) for name, unit in zip(cells[-2], last, strict=True)], []
     return [split_heading(cell) for cell in last], []
+
+
+def _are_units(cells: list[str]) -> bool:
+    """Return whether a row below the names is one of units: most of its cells are known ones, as beside a column in °C or %."""
+    named = [cell for cell in cells if cell.strip("()[]- ")]
+    known = sum(si(cell.strip("()[]")) is not None for cell in named)
+    return bool(named) and 2 * known > len(named)
 
 
 def _separator_of_heading(row: str, width: int) -> str | None:

@@ -5,6 +5,7 @@ import re
 
 _PREFIX = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "k": 1e3}
 _PREFIXED = {"s": "s", "sec": "s", "v": "V", "a": "A", "h": "H", "nm": "N·m", "ohm": "Ω", "ohms": "Ω", "ω": "Ω"}
+_GRAVITY, _INCH = 9.80665, 0.0254
 _WHOLE = {
     "second": ("s", 1.0),
     "seconds": ("s", 1.0),
@@ -30,6 +31,13 @@ _WHOLE = {
     "min-1": ("rad/s", 2 * math.pi / 60),
     "min^-1": ("rad/s", 2 * math.pi / 60),
     "ncm": ("N·m", 0.01),
+    "cnm": ("N·m", 0.01),
+    # International ounce and pound, standard gravity (ISO 80000-4, NIST SP 811).
+    **dict.fromkeys(("ozin", "ozfin", "inoz", "inozf"), ("N·m", 0.028349523125 * _GRAVITY * _INCH)),
+    **dict.fromkeys(("lbin", "lbfin", "inlb", "inlbf"), ("N·m", 0.45359237 * _GRAVITY * _INCH)),
+    **dict.fromkeys(("lbft", "lbfft", "ftlb", "ftlbf"), ("N·m", 0.45359237 * _GRAVITY * 12 * _INCH)),
+    **dict.fromkeys(("gcm", "gfcm"), ("N·m", 1e-5 * _GRAVITY)),
+    **dict.fromkeys(("kgcm", "kgfcm"), ("N·m", 1e-2 * _GRAVITY)),
     "krpm": ("rad/s", 1000 * 2 * math.pi / 60),
     "rad": ("rad", 1.0),
     "deg": ("rad", math.pi / 180),
@@ -43,9 +51,12 @@ _SPELT = str.maketrans({"·": "", "⋅": "", "*": "", "¹": "1", "⁻": "-", "�
 
 def si(unit: str) -> tuple[str, float] | None:
     """Return SI unit and factor of a unit as written ("ms", "rpm", "mN·m"); None where it is not known."""
-    plain = unit.translate(_SPELT).strip().replace(" ", "").replace("N.m", "Nm")
+    plain = unit.translate(_SPELT).strip().replace(" ", "").replace("N.m", "Nm").replace("N-m", "Nm")
     if plain.lower() in _WHOLE:
         return _WHOLE[plain.lower()]
+    # Products of other units than SI's are written with a dot or a hyphen as well: "oz.in", "ft-lb".
+    if (product := re.sub(r"[.-]", "", plain.lower())) in _WHOLE and _WHOLE[product][0] == "N·m":
+        return _WHOLE[product]
     if plain.lower() in _PREFIXED:
         return _PREFIXED[plain.lower()], 1.0
     if plain[:1] in _PREFIX and plain[1:].lower() in _PREFIXED:

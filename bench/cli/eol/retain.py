@@ -4,6 +4,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from bench.cli.output import print_json
+from bench.i18n.errors import FileError
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text
 
@@ -47,6 +48,8 @@ def retain(
     from bench.eol.store.records import Records
 
     read, now = load_rule(rule), datetime.now(UTC)
+    if not runs.is_dir():
+        raise FileError(text("{runs}: there is no such folder of runs", runs=runs))
     counts, size, held_back = {"runs": 0, "waveforms": 0}, 0, set[Path]()
     engine = open_for_reading(records)
     try:

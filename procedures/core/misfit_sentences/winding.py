@@ -117,6 +117,12 @@ _SEEN_IN_FOUR_WIRE_SCATTER = {
         "the meters' limits of error: check clips, terminals and the supply, and measure again"
     ),
 }
+_SEEN_IN_FOUR_WIRE_UNSTATED = {
+    Cause.REPEATS_DIFFER: text(
+        "{count:.0f} four-wire readings of a line scatter by {scatter:.2%} about their straight line, and nothing stated explains it: "
+        "check clips, terminals, ranges and the supply, and measure again, or state the meters' limits of error"
+    ),
+}
 _SEEN_IN_FOUR_WIRE_SETTLING = {
     Cause.UNSETTLED: text(
         "four-wire readings had not settled: while the current flowed for as long again, voltage over current changed by {ratio:+.2%}, and "
@@ -188,6 +194,7 @@ SENTENCES = {
     "step-tried": _SEEN_IN_STEP_TRIED,
     "four-wire": _SEEN_IN_FOUR_WIRE,
     "four-wire-scatter": _SEEN_IN_FOUR_WIRE_SCATTER,
+    "four-wire-unstated": _SEEN_IN_FOUR_WIRE_UNSTATED,
     "four-wire-settling": _SEEN_IN_FOUR_WIRE_SETTLING,
     "bridge": _SEEN_IN_BRIDGE,
     "bridge-resistance": _SEEN_IN_BRIDGE_RESISTANCE,

@@ -20,6 +20,10 @@ COPPER, COPPER_REFERENCE = 0.00393, 20.0
 _SLOPE = ("resistance", "offset", "meter")
 #: A voltage drifts where chance alone would do so in this share of records, and so many readings more are left over.
 _CHANCE, _LEAST_FREEDOM = 1e-3, 3
+#: A drift of which more than this share is its own is seen in the readings.
+_SHOWN = 0.1
+#: Currents that are nearer (share of the largest) are one level, set again.
+_SAME_LEVEL = 0.02
 #: Readings over for a voltage that bends, and how much more χ² another shape may leave to be as likely.
 _LEAST_TO_BEND, _RIVALS = 2, 12.0
 #: A shape of which less than this share is its own is the rest of the design.
@@ -196,8 +200,10 @@ def _as_straight(fit: Fit, v: FloatArray, i: FloatArray, order: FloatArray) -> F
     plain = _plain(i) if not fit.misfit else np.column_stack((_plain(i), order, order * i))
     freedom = v.size - plain.shape[1] - 1
     amounts = np.abs(i) / float(np.max(np.abs(i)))
-    levels = np.unique(np.round(amounts, 2))
-    if freedom < _LEAST_TO_BEND or levels.size < 3:
+    levels = _levels(amounts)
+    if levels.size < 3:
+        return _at_two_amounts(fit, i)
+    if freedom < _LEAST_TO_BEND:
         return fit
     ranges = [i * (amounts < level) for level in 0.5 * (levels[:-1] + levels[1:])]
     shapes = (np.abs(i), i * amounts, i * amounts**2, *ranges)
@@ -217,6 +223,48 @@ def _as_straight(fit: Fit, v: FloatArray, i: FloatArray, order: FloatArray) -> F
     answer = Answer.WITHHELD if bend > _MOST_SHIFT * abs(fit.value("resistance")) else Answer.WIDENED
     finding = Finding(Cause.CURVATURE, answer, score=score, figures=figures)
     return replace(fit, covariance=covariance, misfit=Misfit.together((fit.misfit, Misfit((finding,)))))
+
+
+def _at_two_amounts(fit: Fit, i: FloatArray) -> Fit:
+    """Return the fit with what readings at two amounts of current leave open: a contact that changes with the current, or a range that
+    reads differently, looks like the zero of the current's meter.
+    """
+    zero, least = fit.value("meter"), float(np.min(np.abs(i)))
+    score = abs(zero) / max(fit.uncertainty("meter"), 1e-300)
+    bend = _Bend(score, abs(zero) / least, 0.0)
+    covariance = fit.covariance.copy()
+    covariance[0, 0] += _unseen(bend, i.size - len(_SLOPE))
+    share = bend.by / abs(fit.value("resistance"))
+    if share <= _MOST_SHIFT or covariance[0, 0] <= 2.0 * fit.covariance[0, 0]:
+        return replace(fit, covariance=covariance)
+    figures: dict[str, float | str] = {"bend": share, "record": "four-wire"}
+    finding = Finding(Cause.CURVATURE, Answer.WITHHELD, score=min(score, _MOST), figures=figures)
+    return replace(fit, covariance=covariance, misfit=Misfit.together((fit.misfit, Misfit((finding,)))))
+
+
+def hidden_drift(current: FloatArray) -> float:
+    """Return by how much (1/A) a voltage that drifts by one unit from the first reading to the last changes the slope unseen; 0 where the
+    readings' order tells them apart.
+    """
+    plain, order = _plain(current), np.linspace(0.0, 1.0, current.size)
+    moved = np.linalg.pinv(plain) @ order
+    left = order - plain @ moved
+    seen = float(np.sum(left**2)) > _SHOWN * float(np.sum((order - np.mean(order)) ** 2))
+    return 0.0 if seen else abs(float(moved[0]))
+
+
+def count_of_levels(current: FloatArray) -> int:
+    """Return at how many amounts of current (A) readings stand."""
+    return int(_levels(np.abs(current) / float(np.max(np.abs(current)))).size)
+
+
+def _levels(amounts: FloatArray) -> FloatArray:
+    """Return the levels of current (shares of the largest, ascending) that readings stand at; of a sweep, every hundredth that it has."""
+    ordered = np.sort(amounts)
+    groups = np.split(ordered, np.flatnonzero(np.diff(ordered) > _SAME_LEVEL) + 1)
+    if any(np.ptp(group) > 3.0 * _SAME_LEVEL for group in groups):
+        return np.unique(np.round(amounts, 2))
+    return np.array([np.mean(group) for group in groups])
 
 
 class _Bend(NamedTuple):

@@ -17,6 +17,8 @@ _BLURRED = 0.1
 _NULL = 0.9
 #: The share of a limit that its 95 % interval reaches.
 _OF_LIMIT = 0.95
+#: How many standard uncertainties of the scatter lie beyond the end of a limit where the truth is usual.
+_SCATTER_BEYOND = 1.25
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ def cogging_figure(
         high, multiples = text("orders too high to be seen"), text("multiples within the scatter")
         size = size + uncertainties.limit(multiples if order_given else high, 0.0, fit.hidden)
         if fit.above:
-            size = size + uncertainties.limit("another order besides the one given", 0.5 * fit.above, 0.5 * fit.above)
+            size = size + uncertainties.limit("another order besides the one given", *_up_to(fit.above))
     else:
         # Anything up to this would have drowned.
         notices.append(
@@ -68,7 +70,7 @@ def cogging_figure(
         )
         # Averaging takes most of the highest order that the readings follow. The 95 % interval begins at none.
         hidden = fit.hidden / transducer.passed(highest, speed)
-        size = uncertainties.limit("cogging that the scatter may hide", 0.5 * hidden, 0.5 * hidden / _OF_LIMIT)
+        size = uncertainties.limit("cogging that the scatter may hide", *_up_to(hidden))
     # A filter that is stated is undone, and one that half the speed shows is made up for.
     if fit.orders.size and not (transducer.torque_filter or slower.limit):
         order = float(fit.orders[int(np.argmax(fit.amplitudes))])
@@ -87,12 +89,18 @@ def cogging_figure(
                     ),
                 )
             )
-        more = 0.5 * lost / seen
-        size = size * (1.0 + uncertainties.limit("averaging in the transducer", more, more))
+        # Most transducers are faster than the limit: the figure without any averaging, and its scatter, are well inside.
+        scatter = fit.uncertainty / fit.peak_to_peak if fit.peak_to_peak > 0.0 else 0.0
+        more, half = _up_to(lost / seen)
+        half += _SCATTER_BEYOND * min(scatter, 0.5 * more)
+        size = size * (1.0 + uncertainties.limit("averaging in the transducer", more, half))
     if slower.limit:
         size = size * uncertainties.limit("filter of the torque, by half the speed", slower.factor, slower.limit)
     if slower.more:
-        size = size + uncertainties.limit(
-            "a wave that half the speed alone shows", 0.5 * slower.more, 0.5 * slower.more
-        )
+        size = size + uncertainties.limit("a wave that half the speed alone shows", *_up_to(slower.more))
     return size, tuple(notices)
+
+
+def _up_to(most: float) -> tuple[float, float]:
+    """Return middle and half-width of what is between none and `most`, such that the 95 % interval reaches both ends."""
+    return 0.5 * most, 0.5 * most / _OF_LIMIT

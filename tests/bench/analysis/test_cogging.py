@@ -74,6 +74,17 @@ def test_a_stated_filter_is_undone(tmp_path):
     assert holds(analyze_cogging(path, torque_filter=0.1))
 
 
+def test_a_transducer_that_does_not_average_at_all_is_in_the_interval(tmp_path):
+    # An averaging over 80 ms would take 1.5 %, several times the scatter: the truth is an end of the limit.
+    held = 0
+    for seed in range(12):
+        path = record(tmp_path / "turn.csv", turns=4.0, seed=seed)
+        low, high = analyze_cogging(path, order=12, averaging=0.08)["parameters"]["cogging_torque"]["coverage_interval"]
+        held += low <= TRUE <= high
+        assert high - low < 0.05 * TRUE
+    assert held >= 11
+
+
 def test_a_filter_that_nobody_states_shows_at_half_the_speed(tmp_path):
     first = record(tmp_path / "first.csv", filtered=0.1)
     second = record(tmp_path / "second.csv", filtered=0.1, rpm=3.0, turns=0.5, seed=2)

@@ -163,3 +163,50 @@ def test_a_column_of_row_numbers_is_no_reading(tmp_path):
     plain = analyze_four_wire(table(tmp_path / "plain.csv", (CURRENT, volts(0.2)), "I (A),U (V)"))
     numbered = analyze_four_wire(table(tmp_path / "numbered.csv", (rows, CURRENT, volts(0.2)), "No,I (A),U (V)"))
     assert given(numbered)["coverage_interval"] == given(plain)["coverage_interval"]
+
+
+#: Two amounts of current, set again and again.
+TWO = 3.0 * np.array([1.0, -1.0, 0.5, -0.5] * 4) * (1.0 + 2e-3 * np.random.default_rng(5).standard_normal(16))
+
+
+def test_two_amounts_of_current_do_not_hide_a_contact_that_changes_with_the_current(tmp_path):
+    random = np.random.default_rng(6)
+    film = 0.2 * TWO * (1.0 + 0.02 / (1.0 + np.abs(TWO) / 0.6)) + 3e-6 * random.standard_normal(TWO.size)
+    result = analyze_four_wire(table(tmp_path / "ab.csv", (TWO, film), "I (A),U (V)"))
+    low, high = given(result)["coverage_interval"]
+    assert low < 0.1 < high
+    assert [said["id"] for said in result["warnings"]] == ["few-readings"]
+    assert "two amounts" in result["warnings"][0]["text"]
+
+
+def test_two_amounts_of_current_that_agree_keep_their_narrow_interval(tmp_path):
+    clean = 0.2 * TWO + 3e-6 * np.random.default_rng(7).standard_normal(TWO.size)
+    low, high = given(analyze_four_wire(table(tmp_path / "ab.csv", (TWO, clean), "I (A),U (V)")))["coverage_interval"]
+    assert low < 0.1 < high
+    assert high - low < 5e-6
+
+
+def test_a_contact_that_comes_and_goes_is_told_where_no_accuracy_is_stated(tmp_path):
+    random = np.random.default_rng(9)
+    current = np.tile(CURRENT, 3)
+    read = 0.2 * current * (1.0 + 0.02 * (random.random(current.size) < 0.3))
+    path = table(tmp_path / "ab.csv", (current, read), "I (A),U (V)")
+    result = analyze_four_wire(path)
+    low, high = given(result)["coverage_interval"]
+    assert low < 0.1 < high
+    assert "repeats-differ" in [said["id"] for said in result["warnings"]]
+    assert any("nothing stated explains it" in found["message"] for found in result["misfit"])
+
+
+@pytest.mark.parametrize(("alternates", "told"), [(False, True), (True, False)])
+def test_a_sweep_of_the_current_says_that_it_hides_a_thermal_drift(tmp_path, alternates, told):
+    rising = np.array([-5.0, -4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0, 5.0])
+    current = (rising[[0, 9, 1, 8, 2, 7, 3, 6, 4, 5]] if alternates else rising) + 1e-4 * np.arange(10) ** 2 % 7e-4
+    read = 2e-3 * current + 10e-6 * np.linspace(0.0, 1.0, 10) + 2e-8 * np.random.default_rng(3).standard_normal(10)
+    result = analyze_four_wire(table(tmp_path / "ab.csv", (current, 1e3 * read), "I (A),U (mV)"))
+    assert ("drift-hidden" in [said["id"] for said in result["warnings"]]) == told
+    if told:
+        low, high = given(result)["coverage_interval"]
+        # 10 µV over 10 A: a thousandth of 1 mΩ, as the warning says.
+        assert given(result)["value"] == pytest.approx(1e-3 * 1.0005, rel=1e-4)
+        assert high - low < 1e-6

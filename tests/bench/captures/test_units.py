@@ -16,9 +16,14 @@ MINUTE = 2.0 * math.pi / 60.0
         *((text, "rad/s", 1.0) for text in ("rad/s", "rad s-1", "rad·s⁻¹", "rad s^-1")),
         *((text, "rad/s", 2.0 * math.pi) for text in ("rps", "rev/s", "r/s", "turn/s", "turns/s")),
         ("kHz", "Hz", 1e3),
-        *((text, "N·m", 1.0) for text in ("Nm", "N.m", "N·m", "N⋅m", "N m", "N*m")),
+        *((text, "N·m", 1.0) for text in ("Nm", "N.m", "N·m", "N⋅m", "N m", "N*m", "N-m")),
         *((text, "N·m", 1e-3) for text in ("mNm", "mN.m", "mN·m", "mN m")),
-        *((text, "N·m", 1e-2) for text in ("Ncm", "N·cm")),
+        *((text, "N·m", 1e-2) for text in ("Ncm", "N·cm", "cNm")),
+        *((text, "N·m", 0.0070615518) for text in ("ozf·in", "oz-in", "oz.in", "in·oz")),
+        *((text, "N·m", 0.1129848290) for text in ("lbf·in", "in-lb", "lb.in")),
+        *((text, "N·m", 1.3558179483) for text in ("lbf·ft", "ft-lb", "ft·lbf")),
+        *((text, "N·m", 0.0980665) for text in ("kgf·cm", "kg·cm")),
+        *((text, "N·m", 9.80665e-5) for text in ("gf·cm", "g-cm")),
         *((text, "H", 1e-6) for text in ("uH", "\u00b5H", "\u03bcH")),
         *((text, "rad", 2.0 * math.pi) for text in ("rev", "turn", "turns")),
         *((text, "Ω", 1e-3) for text in ("mohm", "mOhm", "mOhms", "m\u03a9", "m\u2126")),
@@ -32,6 +37,6 @@ def test_a_unit_in_every_spelling(written: str, unit: str, factor: float) -> Non
         assert found[1] == pytest.approx(factor)
 
 
-@pytest.mark.parametrize("written", ["M", "Mm", "1/s", "s.", "min.", "°C", "", "m"])
+@pytest.mark.parametrize("written", ["M", "Mm", "1/s", "s.", "min.", "g·cm²", "g-cm2", "°C", "", "m"])
 def test_what_is_no_unit_of_a_record(written: str) -> None:
     assert si(written) is None

@@ -130,6 +130,18 @@ def test_a_rule_thins_out_and_logs_it(call: Call, batches: Path, records: Record
     assert json.loads(call("retain", str(rule))[1])["runs"] == 0
 
 
+def test_a_folder_of_runs_that_is_not_there_is_no_folder_without_old_runs(
+    call: Call, batches: Path, tmp_path: Path
+) -> None:
+    rule = tmp_path / "rule.toml"
+    rule.write_text("[runs]\npassed = 8\n")
+    batches.rename(tmp_path / "elsewhere")
+    code, said, _ = call("retain", str(rule))
+    assert code == 2
+    assert f"{batches}: there is no such folder of runs" in json.loads(said)["error"]
+    assert not batches.exists()
+
+
 def test_a_restoration_that_was_killed_is_done_again(call: Call, batches: Path, tmp_path: Path) -> None:
     files = files_of(batches)
     out = tmp_path / "B1.tar.gz"
