@@ -42,6 +42,8 @@ _WARMER = 1.0
 _MOST_SCATTER_UNSTATED = 1e-3
 #: A thermal voltage of copper against brass or tin drifts by so much (V) where terminals differ by a few kelvins.
 _THERMAL_DRIFT = 10e-6
+#: A smaller share of a resistance than copper changes by in a tenth of a kelvin is not told.
+_LEAST_TOLD = 4e-4
 #: Fewer readings of a line leave the estimator's tests nothing to test.
 _COUNTS, _FEW = (1, 3), 8
 
@@ -327,7 +329,7 @@ def _tell_hidden_drift(outcome: AnalysisOutcome, lines: Sequence[_Line], fits: S
         share
         for line, fit in zip(lines, fits, strict=True)
         if (share := resistance.hidden_drift(line.current.values) * _THERMAL_DRIFT / fit.value("resistance"))
-        > fit.uncertainty("resistance") / fit.value("resistance")
+        > max(fit.uncertainty("resistance") / fit.value("resistance"), _LEAST_TOLD)
     ]
     if hidden:
         outcome.warn(
