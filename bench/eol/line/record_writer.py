@@ -14,7 +14,7 @@ from bench.eol.line.admission.serial_register import SerialRegister
 from bench.eol.line.stop_request import StopRequest
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan, keep_plan
-from bench.eol.store.database import database_url, open_database, open_for_reading
+from bench.eol.store.database import NoDatabaseError, database_url, open_database, open_for_reading
 from bench.eol.store.faults import FAULTS, StoreError, fault_of
 from bench.eol.store.forwarder import Forwarder
 from bench.eol.store.forwarding import ForwardingRecords
@@ -185,14 +185,30 @@ def open_record_writer(reference: str, runs: Path) -> RecordWriter:
 def forward_records(server: str, runs: Path) -> tuple[int, Waiting]:
     """Forward the records of a folder of runs that wait for a server; return how many waited before, and what waits now.
 
-    Raises NoDatabaseError where the folder has no records.
+    Raises NoDatabaseError where the folder has no records, or the server no tables of them: it may be another one than they wait for.
     """
     own = str(runs / FILE)
     with own_records(own):
+        _check_has_records(server)
         writer = open_record_writer(server, runs)
     waited = writer.waited
     writer.close()
     return waited, writer.left
+
+
+def _check_has_records(server: str) -> None:
+    try:
+        open_database(server, existing=True).dispose()
+    except NoDatabaseError as error:
+        raise NoDatabaseError(
+            text(
+                "{server}: this server has no tables of records; give the one that eol run was given. A new one gets them with a batch",
+                server=database_url(server).set(drivername="postgresql").render_as_string(hide_password=True),
+            )
+        ) from error
+    except FAULTS:
+        # One that is away is tried, and what waits is told with its reason.
+        return
 
 
 @contextmanager

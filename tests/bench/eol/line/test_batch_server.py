@@ -77,3 +77,18 @@ def test_a_server_that_goes_in_the_middle_of_a_batch_has_every_record_once_with_
     assert (counts.waits.anything, stopped) == (False, "")
     assert numbers(server, "small") == [1, 2, 3, 4]
     assert numbers(server, "next") == [1]
+
+
+def test_a_server_without_tables_is_not_the_one_that_records_wait_for(
+    bench: Any, server: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    counts, _ = bench.run(records="postgresql://nobody@127.0.0.1:1/line", motors=1)
+    assert counts.waits.for_server == 1
+    runs = ("--runs", str(bench.request.runs))
+    for _ in range(2):
+        code, said, error = called(capsys, "eol", "forward", "--records", server, *runs)
+        assert (code, said) == (2, "")
+        assert "has no tables of records; give the one that eol run was given" in error
+    code, _, error = called(capsys, "eol", "forward", "--records", "postgresql://nobody@127.0.0.1:1/line", *runs)
+    assert code == 1
+    assert "records that wait for the server: 1" in error
