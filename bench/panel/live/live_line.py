@@ -55,9 +55,11 @@ class LiveLine:
         return [batch for batch in self._batches.values() if batch.state is not None and batch.broken_off]
 
     def shown(self, name: str = "") -> BatchLine | None:
-        """Return the batch of a name; where it is not known, the one to be scanned for or watched, or that was begun last."""
+        """Return the batch of a name, None where none is known by it; without a name the one to scan for or watch, or begun last."""
+        if name:
+            return self._batches.get(name)
         latest = next(reversed(self._batches.values()), None)
-        return self._batches.get(name) or next(iter(self.running), latest)
+        return next(iter(self.running), latest)
 
     async def open(self) -> None:
         """Find the batches that go on, and go on looking for others."""

@@ -35,7 +35,7 @@ def test_a_batch_begun_elsewhere_is_followed_and_stopped(tmp_path: Path, monkeyp
                         await asyncio.sleep(0.01)
                     # What is scanned for comes first, and either can be chosen.
                     assert [each.folder.name for each in line.running] == ["B2", "B1"]
-                    assert (line.shown(), line.shown("B1")) == (line.running[0], batch)
+                    assert (line.shown(), line.shown("B1"), line.shown("B9")) == (line.running[0], batch, None)
                     assert await batch.say({"stop": "Li"}) is None
                 while len(line.running) > 1:
                     await asyncio.sleep(0.01)

@@ -46,6 +46,7 @@ class _LinePage:
     def build(self) -> None:
         say = self._reader.say
         self._batches = BatchList(self._reader)
+        self._elsewhere = ui.label().classes("text-lg max-w-4xl w-full mx-auto").props("role=status")
         self._start = ui.element("section").classes(
             "mb-card mb-4 max-w-4xl w-full mx-auto flex flex-col flex-nowrap gap-3"
         )
@@ -89,6 +90,10 @@ class _LinePage:
         running = batch is not None and batch.alive
         self._start.set_visibility(not running and self._session.may_lead)
         self._batches.show(known, batch)
+        self._elsewhere.set_visibility(bool(self._chosen) and batch is None)
+        if self._chosen and batch is None:
+            words = text("Batch {name} is not running at this station.", name=self._chosen)
+            self._elsewhere.set_text(self._reader.say(words))
         self._work.set_visibility(batch is not None and batch.state is not None)
         if batch is not None and batch.state is not None:
             self._state.show(batch.state, running=running, alone=len(line.running) < 2)
