@@ -46,7 +46,7 @@ class _LinePage:
     def build(self) -> None:
         say = self._reader.say
         self._batches = BatchList(self._reader)
-        self._elsewhere = ui.label().classes("text-lg max-w-4xl w-full mx-auto").props("role=status")
+        self._elsewhere = ui.label().classes("text-lg mb-4 max-w-4xl w-full mx-auto").props("role=status")
         self._start = ui.element("section").classes(
             "mb-card mb-4 max-w-4xl w-full mx-auto flex flex-col flex-nowrap gap-3"
         )
