@@ -341,7 +341,7 @@ def test_columns_are_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         ("efficiency", "torque_Nm,speed_rpm,power", "power"),
         ("short-circuit", "speed (Hz),current_A", "speed (Hz)"),
         ("short-circuit", "speed (rpm),current (A peak-peak)", "current (A peak-peak)"),
-        ("efficiency", "T (lbft),n (rpm),P (W)", "T (lbft)"),
+        ("efficiency", "T (pdlft),n (rpm),P (W)", "T (pdlft)"),
         ("flux-map", "Id,Iq,lambda_d,lambda_q", "Id"),
         ("flux-map", "id_A,iq_A,psi_d,psi_q", "psi_d"),
     ],
