@@ -106,16 +106,9 @@ def analyze_four_wire(
     }
     applied = AppliedAccuracy(accuracy, uses, captures)
     outcome = AnalysisOutcome("stator_resistance_dc", "3.2", captures[0], applied, translate)
-    fits = [
-        _widened(line, estimated(line.capture, lambda line=line: _slope(line)), applied)  # type: ignore[misc]
-        for line in lines
-    ]
+    fits = [_fitted(line, applied) for line in lines]
     quantities = [_quantity(outcome, line, fit) for line, fit in zip(lines, fits, strict=True)]
-    misfit = Misfit.together(
-        tuple(
-            each for line, fit in zip(lines, fits, strict=True) for each in (fit.misfit, _scatter(line, fit, applied))
-        )
-    ).of("resistance", "stator_resistance")
+    misfit = Misfit.together([fit.misfit for fit in fits]).of("resistance", "stator_resistance")
     factor = reading_factor(outcome, captures[0], connection, reading)
     outcome.assume(
         text("voltmeter inside the clamps that carry the current; readings in the order in which they were taken"),
@@ -212,8 +205,17 @@ def _pick(capture: Capture, wanted: str | None, what: Literal["voltage", "curren
     return channel
 
 
-def _slope(line: _Line) -> Fit:
-    return resistance.slope(line.voltage.values, line.current.values)
+def _fitted(line: _Line, applied: AppliedAccuracy) -> Fit:
+    """Return the fit of a line, with what a contact or a range may do that makes its readings scatter: more of them do not average that
+    out.
+    """
+    fit = estimated(line.capture, lambda: resistance.slope(line.voltage.values, line.current.values))
+    scatter = _scatter(line, fit, applied)
+    if not scatter:
+        return fit
+    covariance = fit.covariance.copy()
+    covariance[0, 0] += (fit.residual_rms / float(np.std(np.abs(line.current.values)))) ** 2
+    return replace(fit, covariance=covariance, misfit=Misfit.together((fit.misfit, scatter)))
 
 
 def _quantity(outcome: AnalysisOutcome, line: _Line, fit: Fit) -> UncertainReal:
@@ -238,15 +240,6 @@ def _scatter(line: _Line, fit: Fit, applied: AppliedAccuracy) -> Misfit:
             if float(each.figures["scatter"]) > _MOST_SCATTER_UNSTATED
         )
     )
-
-
-def _widened(line: _Line, fit: Fit, applied: AppliedAccuracy) -> Fit:
-    """Return the fit with what a contact or a range may do that makes its readings scatter: more of them do not average that out."""
-    if not _scatter(line, fit, applied):
-        return fit
-    covariance = fit.covariance.copy()
-    covariance[0, 0] += (fit.residual_rms / float(np.std(np.abs(line.current.values)))) ** 2
-    return replace(fit, covariance=covariance)
 
 
 def _compare(
@@ -301,17 +294,15 @@ def _referred(
 
 
 def _tell_warming(outcome: AnalysisOutcome, lines: Sequence[_Line]) -> None:
-    """Say by how much the winding warmed, where the file has times."""
-    blocks: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    """Say by how much the winding warmed while one line was read, where the files have times."""
     for line in lines:
-        if line.capture.time is None:
+        time = line.capture.time
+        if time is None:
             return
-        blocks.append((line.capture.time, line.current.values, line.voltage.values))
-    # Lines of several files have times of their own: only the change within each is theirs.
-    for time, current, voltage in blocks:
-        fit = estimated(lines[0].capture, lambda block=(time, current, voltage): resistance.drift([block]))  # type: ignore[misc]
-        warmer = fit.value("drift") * float(np.ptp(time)) / resistance.COPPER
-        if abs(warmer) > max(_WARMER, 3.0 * fit.uncertainty("drift") * float(np.ptp(time)) / resistance.COPPER):
+        fit = _drift(line, time)
+        kelvin = float(np.ptp(time)) / resistance.COPPER
+        warmer = fit.value("drift") * kelvin
+        if abs(warmer) > max(_WARMER, 3.0 * fit.uncertainty("drift") * kelvin):
             outcome.warn(
                 text(
                     "the winding's temperature changed by about {warmer:+.1f} K during the measurement; let it cool, use less "
@@ -321,6 +312,11 @@ def _tell_warming(outcome: AnalysisOutcome, lines: Sequence[_Line]) -> None:
                 "heating",
             )
             return
+
+
+def _drift(line: _Line, time: FloatArray) -> Fit:
+    block = time, line.current.values, line.voltage.values
+    return estimated(line.capture, lambda: resistance.drift([block]))
 
 
 def _tell_hidden_drift(outcome: AnalysisOutcome, lines: Sequence[_Line], fits: Sequence[Fit]) -> None:
