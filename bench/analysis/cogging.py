@@ -2,15 +2,23 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bench.analysis.applied import AppliedAccuracy
-from bench.analysis.outcome import AnalysisOutcome, estimated, open_unit, paths_of, refuse_copies, refuse_over_range
-from bench.analysis.shaft_columns import SpeedColumn, is_torque, torque_in_units
+from bench.analysis.outcome import (
+    AnalysisOutcome,
+    estimated,
+    open_unit,
+    paths_of,
+    pick,
+    refuse_copies,
+    refuse_over_range,
+)
+from bench.analysis.shaft_columns import SPEED_WORDS, SpeedColumn, is_electrical, is_torque, torque_in_units
 from bench.analysis.statements import Statement
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
 from bench.captures.written_digits import FloatArray
@@ -32,12 +40,15 @@ _BACK = 0.05
 
 @dataclass(frozen=True)
 class _Record:
-    """Torque (N·m) over the shaft's angle (rad), with the times (s) where the file has them, and the mean speed (rad/s), 0 at rest."""
+    """Torque (N·m) over the shaft's angle (rad), with the times (s) where the file has them, the mean speed (rad/s), 0 at rest, and what
+    was assumed of a column of speed.
+    """
 
     capture: Capture
     angle: FloatArray
     torque: CaptureChannel
     speed: float
+    assumed: Sequence[Text] = ()
 
 
 def analyze_cogging(
@@ -65,7 +76,7 @@ def analyze_cogging(
             ", ".join(capture.source for capture in captures) or "capture",
             text("{count} files: give one, or a second one at half the speed of the first", count=len(captures)),
         )
-    records = [_record(capture, speed_rpm, again=bool(k)) for k, capture in enumerate(captures)]
+    records = [_record(capture, speed_rpm, pole_pairs, again=bool(k)) for k, capture in enumerate(captures)]
     refuse_copies([(record.capture.source, record.torque.values) for record in records])
     first = records[0]
     applied = AppliedAccuracy(accuracy, {"torque": tuple(dict.fromkeys(r.torque.name for r in records))}, captures)
@@ -89,7 +100,7 @@ def analyze_cogging(
     size, notices = cogging_figure(
         outcome.uncertainties, fit, slower, transducer, first.speed, highest, order_given=order is not None
     )
-    outcome.assume(*_assumed(first, len(records), averaging, torque_filter, order, pole_pairs))
+    outcome.assume(*first.assumed, *_assumed(first, len(records), averaging, torque_filter, order, pole_pairs))
     for name, said in notices:
         outcome.warn(said, name)
     outcome.parameter(
@@ -109,7 +120,7 @@ def analyze_cogging(
     return outcome.as_dict()
 
 
-def _record(capture: Capture, speed_rpm: float | None, *, again: bool) -> _Record:
+def _record(capture: Capture, speed_rpm: float | None, pole_pairs: int | None, *, again: bool) -> _Record:
     """Return a record's torque over the angle; `again` is one at half of the speed that was typed."""
     torques = [refuse_over_range(capture, torque_in_units(capture, c)) for c in capture.channels if is_torque(c)]
     if len(torques) != 1:
@@ -125,10 +136,13 @@ def _record(capture: Capture, speed_rpm: float | None, *, again: bool) -> _Recor
     angle = _angle(capture, rest)
     typed = None if speed_rpm is None else speed_rpm * _RPM * (_HALF if again else 1.0)
     if angle is None:
-        speed = np.full(torques[0].values.size, typed) if typed is not None else _speeds(capture, rest)
+        speed, assumed = (
+            (np.full(torques[0].values.size, typed), []) if typed is not None else _speeds(capture, rest, pole_pairs)
+        )
         times = capture.times()
         steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(times)
-        return _Record(capture, np.concatenate(([0.0], np.cumsum(steps))), torques[0], abs(float(np.mean(speed))))
+        angle = np.concatenate(([0.0], np.cumsum(steps)))
+        return _Record(capture, angle, torques[0], abs(float(np.mean(speed))), assumed)
     turned = abs(float(angle[-1] - angle[0]))
     if capture.time is not None:
         return _Record(capture, angle, torques[0], turned / float(np.ptp(capture.time)))
@@ -161,15 +175,21 @@ def _angle(capture: Capture, among: Sequence[CaptureChannel]) -> FloatArray | No
     return np.asarray(angle)
 
 
-def _speeds(capture: Capture, among: Sequence[CaptureChannel]) -> FloatArray:
-    """Return the shaft's speeds (rad/s). Raises CaptureError where nothing tells the angle."""
+def _speeds(
+    capture: Capture, among: Sequence[CaptureChannel], pole_pairs: int | None
+) -> tuple[FloatArray, Sequence[Text]]:
+    """Return the shaft's speeds (rad/s), and what had to be assumed. Raises CaptureError where nothing tells the angle."""
     if not among:
         raise CaptureError(
             capture.source,
             text("nothing tells the angle of the torques: add a column of angle or speed, or type --speed-rpm"),
         )
-    channel, _ = SpeedColumn().of_shaft(capture, among)
-    return channel.values
+    column = pick(replace(capture, channels=tuple(among)), None, ("rad/s",), "speed", SPEED_WORDS)
+    if not column.unit:
+        raise open_unit(capture, column.name, "speed", ("rpm", "rad/s"))
+    speed = SpeedColumn(pole_pairs=pole_pairs if is_electrical(column.name) else None)
+    channel, assumed = speed.of_shaft(capture, [column])
+    return channel.values, assumed
 
 
 def _at_half_speed(records: Sequence[_Record], fit: Cogging, transducer: TransducerFilter) -> AtHalfSpeed:

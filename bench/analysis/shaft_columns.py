@@ -14,7 +14,7 @@ from drivers.interfaces.text import Text, text
 _ELECTRICAL = re.compile(r"(?<![a-z])e[_ -]?rpm|elec", re.IGNORECASE)
 #: Units that are turns of the shaft, periods of its EMF, or radians.
 _PER_SECOND = ("1/s", "s-1", "s^-1")
-_SPEED_WORDS = ("speed", "rpm", "omega", "ω")
+SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class SpeedColumn:
                         unit=column.unit,
                     ),
                 )
-        found = pick(capture, wanted, ("rad/s", "Hz"), "speed", _SPEED_WORDS, "--speed")
+        found = pick(capture, wanted, ("rad/s", "Hz"), "speed", SPEED_WORDS, "--speed")
         refuse_over_range(capture, found)
         pairs = self._pairs(capture, found.name)
         factor, note = self._unit(capture, found)
@@ -65,7 +65,7 @@ class SpeedColumn:
         return replace(found, unit="rad/s", values=found.values * factor, resolution=found.resolution * factor), note
 
     def _is_electrical(self, name: str) -> bool:
-        return self.electrical or bool(_ELECTRICAL.search(name))
+        return self.electrical or is_electrical(name)
 
     def _pairs(self, capture: Capture, name: str) -> int:
         """Return what the column is divided by."""
@@ -102,6 +102,11 @@ class SpeedColumn:
             more = text("; or type --speed-in-rpm or --speed-in-rad-s")
             raise open_unit(capture, found.name, "speed", ("rpm", "rad/s", "rps"), more)
         return 1.0, [text("speed '{name}' assumed to be in rad/s", name=found.name)]
+
+
+def is_electrical(name: str) -> bool:
+    """Return whether a column's name says that its speed is an electrical one."""
+    return bool(_ELECTRICAL.search(name))
 
 
 def is_torque(channel: CaptureChannel) -> bool:

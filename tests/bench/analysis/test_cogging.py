@@ -155,3 +155,20 @@ def test_typed_as_a_command(call: Call, tmp_path):
         code, _, err = call("analyze", "cogging", str(path), *typed)
         assert code == 2
         assert typed[0] in err
+
+
+def test_a_column_of_speed_says_what_it_is(tmp_path):
+    path = record(tmp_path / "turn.csv", columns="speed")
+    rows = path.read_text(encoding="utf-8")
+    path.write_text(rows.replace("speed (rpm)", "speed"), encoding="utf-8")
+    with pytest.raises(CaptureError, match=r"column 'speed' states no unit.*rpm, rad/s.*as in 'speed \(rpm\)'$"):
+        analyze_cogging(path)
+    header, _, data = rows.partition("\n")
+    times, speeds, torques = np.loadtxt(data.splitlines(), delimiter=",", unpack=True)
+    electrical = header.replace("speed (rpm)", "erpm (rpm)")
+    np.savetxt(path, np.column_stack((times, 4.0 * speeds, torques)), delimiter=",", header=electrical, comments="")
+    with pytest.raises(CaptureError, match=r"'erpm' is an electrical speed.*--pole-pairs"):
+        analyze_cogging(path)
+    result = analyze_cogging(path, pole_pairs=4)
+    assert holds(result)
+    assert any("divided by 4 pole pairs" in said for said in result["assumptions"])
