@@ -1,11 +1,9 @@
 """Records on a medium, or in a folder, that cannot be written: reading them must work."""
 
-import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -15,17 +13,16 @@ from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
 from tests.bench.eol.motor_records import motor_record
 from tests.command_line import called
+from tests.permissions import bound_by_permissions
 
-_NOBODY = 65534
 FIGURE = MeasuredFigure("stator_resistance", 1.5, "Ω", 0.01, 0.02, 1.0, 2.0, Verdict.PASS)
 
 
 @pytest.fixture
-def folder() -> Iterator[Path]:
-    # That of a test is its owner's alone.
-    with TemporaryDirectory() as name:
-        Path(name).chmod(0o755)
-        yield Path(name)
+def folder(tmp_path: Path) -> Path:
+    path = tmp_path / "medium"
+    path.mkdir()
+    return path
 
 
 @contextmanager
@@ -33,13 +30,10 @@ def write_protected(folder: Path) -> Iterator[None]:
     for path in folder.iterdir():
         path.chmod(0o444)
     folder.chmod(0o555)
-    user = os.geteuid()
     try:
-        if user == 0:
-            os.seteuid(_NOBODY)
-        yield
+        with bound_by_permissions():
+            yield
     finally:
-        os.seteuid(user)
         folder.chmod(0o755)
 
 
