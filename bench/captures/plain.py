@@ -112,7 +112,7 @@ def _read_table(path: Path, lines: list[str], abscissa: str, time_column: str | 
         raise CaptureError(
             str(path), text("no row of numbers within the first 100 lines; export time and values as columns"), 1
         )
-    if delimiter is not None:
+    if delimiter is not None and _GROUPED.search("\n".join(lines[first:])):
         lines = [*lines[:first], *(_without_blanks(line, delimiter) for line in lines[first:])]
     lines, left_out = without_text_columns(lines, first, delimiter)
     units: dict[int, str] = {}

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bench.journal.errors import RecordError
 from bench.journal.events.instruments import InstrumentFailed, InstrumentOpened, TrafficSeen
@@ -25,9 +25,6 @@ from drivers.transport.can.buses import CanBuses
 from drivers.transport.in_process import InProcess
 from procedures.core.bench import Recorder, Role
 from procedures.core.nameplate import Nameplate
-
-if TYPE_CHECKING:
-    pass
 
 #: Gives the way to the person for the instrument in a role; None where there is no person.
 Prompts = Callable[[Role], Prompt | None]
