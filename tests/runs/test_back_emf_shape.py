@@ -97,6 +97,7 @@ def test_exchanged_probes_tell_a_channel_s_gain_from_a_phase():
     assert thrice.standard_uncertainty < 0.03
 
 
+@pytest.mark.slow
 def test_the_largest_of_three_is_held_on_motors_without_a_defect():
     """Whichever phase is off the most was not chosen beforehand: an interval for one of them is too narrow for it."""
     held = []
