@@ -9,7 +9,7 @@ from scipy import special
 
 from procedures.estimation.emf.agreement import Combined, combine, judged
 from procedures.estimation.emf.further_orders import further_orders
-from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin, waveform_basis
+from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin, waveforms
 from procedures.estimation.emf.period import rising_crossings
 from procedures.estimation.emf.phase_jumps import find_jump, longest_whole, with_jump
 from procedures.estimation.emf.record import DigitizedChannel, channels_told, colour, prepare, start, usable
@@ -153,7 +153,7 @@ def fit_back_emf(
     of_part = fit_back_emf(t[part], v[:, part], harmonics=harmonics, frequency=fit.frequency, digitized=digitized)
     model = of_part.model
     values = np.column_stack((model.offsets, model.flux.real, model.flux.imag))
-    left = v - values @ waveform_basis(model, of_part.harmonics, t)
+    left = v - waveforms(model, of_part.harmonics, values, t)
     return replace(of_part, residuals=left, misfit=with_jump(of_part.misfit, found))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import special
 
 from procedures.estimation.emf.folding import Folded, flux_waves
-from procedures.estimation.emf.harmonics import HarmonicModel, waveform_basis
+from procedures.estimation.emf.harmonics import HarmonicModel, waveforms
 from procedures.estimation.fitting.fit import FloatArray
 
 #: The highest order that is looked for: slots and skew leave little above.
@@ -37,7 +37,7 @@ def further_orders(
     values = _solved(normal[np.ix_(rows, rows)], along[:, rows])
     speed = float(model.speed(np.array([model.middle]))[0])
     flux = np.hypot(values[:, 1 : 1 + found.size], values[:, 1 + found.size :])
-    left = residuals - values @ waveform_basis(model, [looked[k] for k in found], time)
+    left = residuals - waveforms(model, [looked[k] for k in found], values, time)
     return {looked[order]: looked[order] * speed * flux[:, k] for k, order in enumerate(found)}, left
 
 

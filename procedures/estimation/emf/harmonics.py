@@ -12,6 +12,8 @@ from procedures.estimation.fitting.fit import EstimationError, FloatArray
 _LAST_STEP = 3e-3
 #: A refinement that takes more steps does not converge.
 _ROUNDS = 30
+#: Samples whose waveform is built at once.
+_AT_ONCE = 50_000
 
 
 @dataclass(frozen=True)
@@ -132,8 +134,7 @@ def at_full_rate(
     left = np.sin(block * turn) / (block * np.sin(turn))
     flux = model.flux / left
     values = np.column_stack((model.offsets, flux.real, flux.imag))
-    shapes = _Shapes.over(model.place(time), model.half, model.course.size - 1)
-    residuals = channels - values @ _Wave.along(shapes, model.course, numbers).design
+    residuals = channels - waveforms(model, orders, values, time)
     both = np.concatenate((left, left))
     return replace(model, flux=flux, flux_covariance=model.flux_covariance / np.outer(both, both), residuals=residuals)
 
@@ -144,10 +145,21 @@ def waveform_basis(model: HarmonicModel, orders: Sequence[int], time: FloatArray
     return _Wave.along(shapes, model.course, np.asarray(orders, dtype=np.float64)).design
 
 
+def waveforms(model: HarmonicModel, orders: Sequence[int], values: FloatArray, time: FloatArray) -> FloatArray:
+    """Return the voltages (C, n) of offsets, real and imaginary fluxes (C, 1 + 2H) along the model's course."""
+    result = np.empty((values.shape[0], time.size))
+    # The blocks of a deep record would need many times its own memory.
+    for begin in range(0, time.size, _AT_ONCE):
+        part = slice(begin, begin + _AT_ONCE)
+        result[:, part] = values @ waveform_basis(model, orders, time[part])
+    return result
+
+
 def by_phase(model: HarmonicModel, orders: Sequence[int], time: FloatArray) -> FloatArray:
     """Return the derivatives of the voltages (C, n), V/rad, by the phase."""
     turned = model.flux * 1j * np.asarray(orders)
-    return np.asarray(np.hstack((turned.real, turned.imag)) @ waveform_basis(model, orders, time)[1:])
+    values = np.hstack((np.zeros((turned.shape[0], 1)), turned.real, turned.imag))
+    return waveforms(model, orders, values, time)
 
 
 def _inverse(normal: FloatArray) -> FloatArray:
