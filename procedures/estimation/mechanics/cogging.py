@@ -23,6 +23,8 @@ _MULTIPLES, _BEND, _BENDS = 3, 3, 9
 _PART, _RUN_OUT = 0.5, 2
 #: From so many turns on a drift is told from what repeats itself, and so is all else that does not.
 _AGAIN = 1.2
+#: Readings for each of the highest order looked at, and in all, that a record with many more keeps: more only take time and memory.
+_READINGS, _FEWEST = 8, 4096
 
 
 @dataclass(frozen=True)
@@ -81,20 +83,26 @@ def fit_cogging(
         if order is None
         else _known(turns, theta.size, int(positive("order", order, "")))
     )
-    seen = examine(Turn(theta, values, times, resolution), orders)
+    block = _block(theta.size, turns, float(orders.orders[-1]))
+    seen = examine(
+        Turn(_means(theta, block), _means(values, block), None if times is None else _means(times, block), resolution),
+        orders,
+    )
     solved = seen.solved
     speed = abs(float(theta[-1] - theta[0])) / float(times[-1] - times[0]) if times is not None else 0.0
     passed = np.asarray(1.0 + 1j * orders.orders * speed * torque_filter, dtype=np.complex128)
-    phasors, axis = solved.phasors * passed, solved.axis * np.abs(passed)
+    # The means of blocks lost some of the orders.
+    left_by_means = np.sinc(orders.orders * turns * block / theta.size) / np.sinc(orders.orders * turns / theta.size)
+    phasors, axis = solved.phasors * passed / left_by_means, solved.axis * np.abs(passed) / left_by_means
     stand = standing(solved.phasors, solved.axis, orders)
     kept, mean = orders.orders[stand], float(np.mean(values))
-    beside = 2.0 * seen.beside
+    beside, noise = 2.0 * seen.beside, solved.noise * math.sqrt(block)
     # Where no order is known, any beyond those looked at is scatter.
     unseen = math.sqrt(2.0) * solved.noise if order is None else float(np.max(axis[orders.counted])) * orders.least
     result = Misfit.together((seen.misfit, blurred(orders.orders[stand], phasors[stand], passed[stand], torque_filter)))
     if not kept.size:
         none = np.zeros(0)
-        return Cogging(0.0, 0.0, 2.0 * unseen + beside, none, none.astype(complex), mean, solved.noise, 0.0, result)
+        return Cogging(0.0, 0.0, 2.0 * unseen + beside, none, none.astype(complex), mean, noise, 0.0, result)
     # Beside an order that is seen, its multiples may lie within their noise; where the last one looked at stands out, others follow it.
     missed = (
         phasors[orders.counted & (~stand | (orders.orders == orders.orders[-1]))]
@@ -109,10 +117,20 @@ def fit_cogging(
         kept.astype(float),
         phasors[stand],
         mean,
-        solved.noise,
+        noise,
         beside,
         result,
     )
+
+
+def _block(readings: int, turns: float, highest: float) -> int:
+    """Return how many neighbouring readings are averaged."""
+    return max(int(min(readings / (turns * highest * _READINGS), readings / _FEWEST)), 1)
+
+
+def _means(values: FloatArray, block: int) -> FloatArray:
+    """Return the means of blocks of readings; what is left over at the end belongs to none."""
+    return values[: values.size // block * block].reshape(-1, block).mean(axis=1)
 
 
 def _whole(turns: float, readings: int, lowest: int, highest: int) -> Orders:

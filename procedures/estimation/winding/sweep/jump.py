@@ -28,17 +28,22 @@ class Jump:
 def clearest_jump(design: FloatArray, values: FloatArray) -> Jump:
     """Return the jump of readings (n,) that explains most beside a design (n, k); n is at least k + 4."""
     places = np.arange(_BESIDE, values.size - _BESIDE + 1)
-    # Between both levels, as it is not known which of them is right.
-    columns = (np.arange(values.size)[:, None] >= places) - 0.5
     base = np.linalg.qr(design)[0]
-    own, left = columns - base @ (base.T @ columns), values - base @ (base.T @ values)
-    sizes = np.maximum(np.sum(own**2, axis=0), 1e-300)
-    heights = left @ own / sizes
+    left = values - base @ (base.T @ values)
+    # Between both levels, as it is not known which of them is right: ±½. At right angles to the design each loses its part along it.
+    along = _from_each(base)[places] - 0.5 * np.sum(base, axis=0)
+    sizes = np.maximum(0.25 * values.size - np.sum(along**2, axis=1), 1e-300)
+    heights = (_from_each(left)[places] - 0.5 * np.sum(left)) / sizes
     best = int(np.argmax(heights**2 * sizes))
     explained, before = float(heights[best] ** 2 * sizes[best]), float(left @ left)
     squares, freedom = max(before - explained, 0.0), values.size - design.shape[1] - 1
     single = 1.0
     if before > 1e-20 * float(values @ values):
         single = float(special.fdtrc(1, freedom, explained / max(squares / freedom, 1e-300)))
-    column = np.asarray(columns[:, best : best + 1], dtype=np.float64)
+    column = (np.arange(values.size)[:, None] >= places[best]) - 0.5
     return Jump(int(places[best]), float(heights[best]), column, squares, min(1.0, places.size * single))
+
+
+def _from_each(rows: FloatArray) -> FloatArray:
+    """Return the sums of the rows from each one on."""
+    return np.asarray(np.cumsum(rows[::-1], axis=0)[::-1], dtype=np.float64)

@@ -117,3 +117,11 @@ def test_too_little_of_a_known_order_is_refused():
         fit_cogging(*turn(turns=0.05), order=24)
     with pytest.raises(EstimationError, match="too few"):
         fit_cogging(*turn(readings=40, turns=1.0), order=24)
+
+
+def test_a_deep_record_is_read_by_its_means():
+    found = fit_cogging(*turn(((372, 4e-3, 0.3), (2, 3e-3, 0.1)), readings=60_003, noise=1e-3))
+    assert list(found.orders) == [372]
+    # Means of blocks that were taken for readings would be smaller by up to 2 %.
+    assert found.peak_to_peak == pytest.approx(8e-3, rel=0.005)
+    assert found.noise == pytest.approx(1e-3, rel=0.05)
