@@ -22,6 +22,8 @@ _LOAD = {
     "speed": KnownColumn("rad/s", SPEED),
     "power": KnownColumn("W", ("power", "p", "pin", "pel", "inputpower", "electricalpower")),
 }
+#: More rows take minutes, and nobody reads them.
+_MOST = 5000
 _NAMES = {"torque": text("torque"), "speed": text("speed"), "power": text("power")}
 
 
@@ -33,7 +35,7 @@ def analyze_efficiency(
     translate: Translate = english,
 ) -> dict[str, Any]:
     """Return efficiency and loss of each row of torque, speed and electrical power. Raises InputError where none can be evaluated."""
-    columns = read_table(path, _LOAD, ("torque", "speed", "power"), mapped)
+    columns = read_table(path, _LOAD, ("torque", "speed", "power"), mapped, most=_MOST)
     result = told(path, Misfit(), translate)
     limits, uncertainties, rows = accuracies or {}, Uncertainties(), []
     used: list[int] = []

@@ -75,13 +75,14 @@ def read_table(
     instead: Mapping[str, str] | None = None,
     unless: Mapping[str, Collection[str]] | None = None,
     rms: Collection[str] = (),
+    most: int | None = None,
 ) -> dict[str, NDArray[np.float64]]:
     """Return the columns of a table with a heading, in SI, peak values, by our names; an empty cell is NaN.
 
     `known` are the columns by our name, `needed` those that must be there, `mapped` NAME=HEADING as typed, where a unit in brackets may
     follow the heading; `instead` names the column that does in place of a needed one, `unless` those that are passed over where one is
     there; those in `rms` are rms whether their heading says so or not. Raises InputError naming file, line and column, also where a unit
-    is left open; UsageError for a mapping that names nothing.
+    is left open, or for more than `most` rows; UsageError for a mapping that names nothing.
     """
     content = _content(path)
     numbered = [
@@ -92,6 +93,13 @@ def read_table(
     lines = [line for _, line in numbered]
     if len(lines) < 2:
         raise InputError(at(str(path), text("a heading and rows of numbers are needed")))
+    if most is not None and len(lines) - 1 > most:
+        raise InputError(
+            at(
+                str(path),
+                text("{count} rows; up to {most} are taken, thin the table out", count=len(lines) - 1, most=most),
+            )
+        )
     mark = next((each for each in ("\t", ";", ",") if each in lines[0]), " ")
     rows = list(csv.reader(io.StringIO("\n".join(lines)), delimiter=mark, skipinitialspace=True))
     heading = [cell.strip() for cell in rows[0]]

@@ -42,6 +42,8 @@ _SHARED = {
     "speed": text("gain of the speeds"),
     "saturation": text("inductances that depend on the current"),
 }
+#: More rows take minutes and gigabytes: each is weighed in thousands of candidates.
+_MOST = 500
 #: Phases that differ by more than this are told.
 _UNEQUAL = 0.03
 
@@ -100,6 +102,7 @@ def analyze_short_circuit(
         mapped,
         instead={"speed": "electrical_speed", "current": "current_a"},
         rms=("current", *_PHASES) if rms else (),
+        most=_MOST,
     )
     speed = columns.get("electrical_speed", np.zeros(0))
     if "speed" in columns:
@@ -125,9 +128,10 @@ def analyze_short_circuit(
     resistance = fit.resistance or fit.resistance_by_current
     for name, unit, figure in (
         ("d_axis_inductance", "H", fit.chord_inductance), ("q_axis_inductance", "H", fit.q_axis_inductance),
-        ("stator_resistance", "Ω", resistance),
+        ("stator_resistance", "Ω", resistance), ("short_circuit_current", "A", fit.limit_current),
     ):  # fmt: skip
-        reason = fit.misfit.withholding(name)
+        # The current is that of the same fit as the inductance.
+        reason = fit.misfit.withholding("d_axis_inductance" if figure is fit.limit_current else name)
         if figure is None:
             continue
         if reason is None:
@@ -153,7 +157,9 @@ def analyze_short_circuit(
     )
     if flux_linkage is None:
         assumed.append(
-            text("without --flux-linkage, only the current at high speed and R from the torque can be calculated")
+            text(
+                "without --flux-linkage, only the current at high speed can be calculated; state it for L_d, L_q and R"
+            )
         )
     elif u_flux_linkage is None:
         assumed.append(

@@ -66,6 +66,7 @@ def _needed(made: "Table", columns: Sequence[FittedColumn]) -> int:
     natural = Measurement.get(console, console.options, made).maximum
     for column, drawn in zip(columns, made.columns, strict=True):
         if column.breaks:
-            widest = max(Measurement.get(console, console.options, cell).maximum for cell in drawn.cells)
+            widths = (Measurement.get(console, console.options, cell).maximum for cell in drawn.cells)
+            widest = max(widths, default=0)
             natural -= max(widest - column.breaks, 0)
     return natural

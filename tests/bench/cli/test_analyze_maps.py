@@ -407,6 +407,28 @@ def test_electrical_speeds_by_their_heading(tmp_path: Path, capsys: pytest.Captu
     assert made["parameters"]["d_axis_inductance"]["value"] == pytest.approx(10e-3, rel=0.01)
 
 
+def test_without_a_flux_linkage_the_current_at_high_speed_is_given(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    w = np.geomspace(20.0, 2000.0, 20)
+    i = 0.3 * w / np.hypot(0.5, w * 10e-3)
+    path = written(tmp_path / "table.csv", np.column_stack((w, i)), "w_electrical (rad/s),current_A")
+    made = analyzed(capsys, 0, short_circuit(path, pole_pairs=4.0, json=True))
+    assert set(made["parameters"]) == {"short_circuit_current"}
+    low, high = made["parameters"]["short_circuit_current"]["coverage_interval"]
+    assert low < 30.0 < high < 1.1 * low
+
+
+def test_more_rows_than_can_be_weighed_are_refused(tmp_path: Path) -> None:
+    rows = np.column_stack((np.linspace(10.0, 1000.0, 501), np.full(501, 3.0), np.full(501, 400.0)))
+    path = written(tmp_path / "long.csv", rows, "speed_rad/s,current_A,power_W")
+    with pytest.raises(InputError, match="501 rows; up to 500 are taken, thin the table out"):
+        short_circuit(path, pole_pairs=4.0)
+    path = written(tmp_path / "long.csv", np.tile(rows, (10, 1)), "speed_rad/s,torque_Nm,power_W")
+    with pytest.raises(InputError, match="5010 rows; up to 5000 are taken"):
+        efficiency(path)
+
+
 def test_a_short_circuit_whose_drop_contradicts_is_an_alarm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     speed = np.geomspace(10.0, 600.0, 20)
     flux, l_d, l_q, r = 0.3, 10e-3, 20e-3, 0.5

@@ -1,0 +1,9 @@
+from rich.console import Console
+
+from reports.tables.fitted import FittedColumn, fitted
+
+
+def test_a_table_without_a_row_is_its_heading() -> None:
+    console = Console(width=10, record=True, quiet=True)
+    console.print(fitted([FittedColumn("Parameter", breaks=24), FittedColumn("u", 1)], [], console.width))
+    assert "Parameter" in console.export_text()
