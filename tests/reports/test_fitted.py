@@ -4,6 +4,6 @@ from reports.tables.fitted import FittedColumn, fitted
 
 
 def test_a_table_without_a_row_is_its_heading() -> None:
-    console = Console(width=10, record=True, quiet=True)
+    console = Console(width=12, record=True, quiet=True)
     console.print(fitted([FittedColumn("Parameter", breaks=24), FittedColumn("u", 1)], [], console.width))
     assert "Parameter" in console.export_text()
