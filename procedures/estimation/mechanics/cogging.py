@@ -130,7 +130,7 @@ def _block(readings: int, turns: float, highest: float) -> int:
 
 def _means(values: FloatArray, block: int) -> FloatArray:
     """Return the means of blocks of readings; what is left over at the end belongs to none."""
-    return values[: values.size // block * block].reshape(-1, block).mean(axis=1)
+    return np.asarray(values[: values.size // block * block].reshape(-1, block).mean(axis=1))
 
 
 def _whole(turns: float, readings: int, lowest: int, highest: int) -> Orders:
