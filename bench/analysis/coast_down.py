@@ -62,7 +62,7 @@ def analyze_coast_down(
     first-order filters that the readings went through. `accuracy` states the errors of speed, torque and time base. `selection` is the
     part of the record to take. `translate` gives sentences in the reader's language. Raises CaptureError naming file and line.
     """
-    captures = [read_capture(path, selection=selection) for path in paths_of(file)]
+    captures = [read_capture(path, selection=selection).thinned() for path in paths_of(file)]
     if not captures:
         raise CaptureError("capture", text("no file given"))
     refuse_copies([(capture.source, np.vstack([c.values for c in capture.channels])) for capture in captures])

@@ -84,7 +84,7 @@ def analyze_step_response(
         factor = phase_factor(connection, reading)
     except EstimationError as error:
         raise CaptureError("connection", text_of(error)) from error
-    capture = read_captures(paths_of(file), selection=selection).evenly_sampled().scaled(named(scale))
+    capture = read_captures(paths_of(file), selection=selection).evenly_sampled().thinned().scaled(named(scale))
     if voltage is None and current is None and [c.unit for c in capture.channels] == ["", ""]:
         first, second = (channel.name for channel in capture.channels)
         # Their names count before their places.

@@ -10,6 +10,9 @@ from bench.captures.written_digits import FloatArray, steps_and_rounding
 from bench.i18n.errors import InputError, at
 from drivers.interfaces.text import Text, text
 
+#: Of a deep record so many samples are evaluated at least.
+_ENOUGH = 50_000
+
 
 class CaptureError(InputError):
     """A capture that cannot be used; the message names file and line, what is wrong and what to do."""
@@ -65,6 +68,12 @@ class CaptureChannel:
     def ends(self) -> tuple[float, float] | None:
         """The least and the largest value that the converter gives, where the file says that it reached them."""
         return (float(np.min(self.values)), float(np.max(self.values))) if self.clipped else None
+
+    def thinned(self, every: int) -> "CaptureChannel":
+        """Return it with each `every`-th reading; whether they clipped is left open where none that is left is at an end."""
+        left = self.values[::every]
+        reached = np.min(left) == np.min(self.values) and np.max(left) == np.max(self.values)
+        return replace(self, values=left, clipped=self.clipped if reached else None)
 
 
 @dataclass(frozen=True)
@@ -191,6 +200,25 @@ class Capture:
                 self.line_of(int(np.argmax(off))),
             )
         return replace(self, time=even)
+
+    def thinned(self) -> "Capture":
+        """Return the capture with every n-th sample where it has many more than a fit needs: each would cost it time and memory.
+
+        A sample is left as it is, on the converter's steps; means would not be.
+        """
+        every = (self.time.size if self.time is not None else 0) // _ENOUGH
+        if self.time is None or every < 2:
+            return self
+        note = text(
+            "the record has {count} samples; one of every {every} is evaluated", count=self.time.size, every=every
+        )
+        return replace(
+            self,
+            channels=tuple(channel.thinned(every) for channel in self.channels),
+            time=self.time[::every],
+            assumptions=(*self.assumptions, note),
+            first_line=0,
+        )
 
 
 def same_name(one: str, other: str) -> bool:
