@@ -69,6 +69,7 @@ WRONG = (
     "eol restore {bad}",
     "eol retain {other}",
     "eol pack B --runs {none}",
+    "eol close B --runs {none}",
     "eol motors --records {none}",
     "eol plan {empty} --output x.toml",
     "eol migrate --records {bad}",
