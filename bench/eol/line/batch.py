@@ -37,7 +37,7 @@ from bench.eol.line.workers.messages import Batch
 from bench.eol.line.workers.worker_process import ForkServer
 from bench.eol.motor_yield import MotorYield
 from bench.eol.plan import Plan, PlannedCheck
-from bench.eol.plan_file import RetestSection
+from bench.eol.plan_file import ANY_SERIAL, RetestSection
 from bench.eol.plans_beside import check_serial
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan
@@ -196,6 +196,7 @@ def _run(
                 model=prepared.motor.nameplate.name,
                 rule=plan.again,
                 person=request.person.strip() if request.again else "",
+                spelling_stated=plan.serial_pattern != ANY_SERIAL,
             )
             admission = _admission(prepared, request, serials, log, writer, desk, listeners)
             coordinator = Coordinator(line, batch, checks, admission, writer, log, listeners, workers, owner)
