@@ -56,6 +56,17 @@ class GoldenGate:
         """Tell whether a serial number is a golden motor's."""
         return serial_number in self._rule.serial_numbers
 
+    def as_listed(self, serial_number: str) -> str:
+        """Return the golden motor's serial number that this one differs from in capitals only, or itself where there is none.
+
+        Scanned with Caps Lock on, a golden motor would be tested and counted as any other.
+        """
+        listed = self._rule.serial_numbers
+        folded = serial_number.casefold()
+        if serial_number in listed:
+            return serial_number
+        return next((golden for golden in listed if golden.casefold() == folded), serial_number)
+
     def due(self, socket: str) -> Text | None:
         """Return why a socket takes no motor but a golden one now, None where it takes any."""
         if not self._rule.serial_numbers:

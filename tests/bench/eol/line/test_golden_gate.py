@@ -174,7 +174,7 @@ def test_golden_motors_come_first_and_count_in_no_yield(bench: Any) -> None:
     assert [record.serial_number for record in bench.listener.records] == ["A1"], "they passed a moment ago"
     plan.write_text(plan.read_text(encoding="utf-8").replace('"G-1", "G-2"', '"G-9"').replace('"small"', '"other"'))
     bench.listener.records.clear()
-    counts, _ = bench.run("B1\nG-9\nG-9\nB2\n", motors=None, sockets=1)
+    counts, _ = bench.run("B1\nG-9\ng-9\nB2\n", motors=None, sockets=1)
     assert [record.serial_number for record in bench.listener.records] == ["G-9", "G-9", "B2"]
     assert "a golden motor (G-9) is due at socket 1" in str(bench.listener.refusals[0].why)
 
