@@ -18,9 +18,12 @@ from bench.eol.told_causes import told_causes
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import NOTHING, InputError
 from bench.i18n.language import translator
+from bench.journal.codec import decode
 from bench.journal.errors import NoRoomError, RecordError, briefly
 from bench.journal.events.instruments import WaveformsTaken
 from bench.journal.events.run import ProcedureStarted
+from bench.journal.events.safety import GuardianShutdownDone
+from bench.journal.guardian_record import FILE as GUARDIAN
 from bench.journal.journal_file import JournalFile, read_journal
 from bench.journal.recording import WaveformSink
 from bench.journal.run_folder import RunFolder
@@ -142,6 +145,22 @@ def cut_off_record(batch: Batch, socket: str, task: Task, started: datetime, how
         run=str(folders[-1]) if folders else "",
         journal_sha256=journal.last_hash if journal else "",
     )
+
+
+def left_on_by_guardian(record: MotorRecord) -> Sequence[str]:
+    """Return what the guardian of a worker that died could not switch off, as its record in the run's folder says."""
+    walked: Sequence[str] = ()
+    if not record.run:
+        return walked
+    try:
+        lines_written = (Path(record.run) / GUARDIAN).read_bytes().splitlines()
+    except OSError:
+        # Without a guardian, or a disk: nothing is known of what it did.
+        return walked
+    for found in filter(None, map(decode, lines_written)):
+        event = found[0].event
+        walked = event.failed if isinstance(event, GuardianShutdownDone) else walked
+    return walked
 
 
 def new_folder(runs: Path, task: Task) -> RunFolder:
