@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 
 from bench.eol.line.admission.next_motor import Admission
 from bench.eol.line.batch_listener import BatchListener
@@ -171,8 +172,9 @@ class Coordinator:
         how = Text("{why}{how}", {"why": slot.ended, "how": how}) if how else text("stopped working")
         if slot.task is not None:
             record = cut_off_record(self._batch, slot.name, slot.task, slot.started, how, stopped=self._stop.by)
+            may_be_on = left_on_by_guardian(Path(self._batch.folder), slot.task)
             self._finish(slot, record, self._slots.status.reached(slot.number))
-            self._hold_where_on(record, left_on_by_guardian(record))
+            self._hold_where_on(record, may_be_on)
         deaths = slot.deaths + 1
         over = self._dispatcher.takes_no_more(slot.name)
         words = text("the process of socket {name} {how}", name=slot.name, how=how)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from bench.eol.diagnosis.diagnose import diagnose
 from bench.eol.diagnosis.diagnosed import Diagnosis
-from bench.eol.line.batch_log import record_identifier
+from bench.eol.line.batch_log import BatchMotor, record_identifier
 from bench.eol.line.judging import MotorJudge, described
 from bench.eol.line.workers.messages import Batch, Task
 from bench.eol.plan_file import KeepWaveforms
@@ -147,13 +147,13 @@ def cut_off_record(batch: Batch, socket: str, task: Task, started: datetime, how
     )
 
 
-def left_on_by_guardian(record: MotorRecord) -> Sequence[str]:
-    """Return what the guardian of a worker that died could not switch off, as its record in the run's folder says."""
+def left_on_by_guardian(runs: Path, motor: Task | BatchMotor) -> Sequence[str]:
+    """Return what the guardian of a motor's latest run could not switch off in its place, as its record in the run's folder says."""
     walked: Sequence[str] = ()
-    if not record.run:
-        return walked
     try:
-        lines_written = (Path(record.run) / GUARDIAN).read_bytes().splitlines()
+        lines_written = b"".join(
+            (folder / GUARDIAN).read_bytes() for folder in run_folders(runs, motor)[-1:]
+        ).splitlines()
     except OSError:
         # Without a guardian, or a disk: nothing is known of what it did.
         return walked
@@ -175,12 +175,12 @@ def new_folder(runs: Path, task: Task) -> RunFolder:
     raise FileExistsError(f"{runs}: motor {task.number} was begun {_MAXIMUM_RUNS_OF_MOTOR} times")
 
 
-def run_folders(runs: Path, task: Task) -> list[Path]:
+def run_folders(runs: Path, task: Task | BatchMotor) -> list[Path]:
     """Return the folders of a motor's runs, in the order in which they were made."""
     return list(takewhile(Path.is_dir, _folder_names(runs, task)))
 
 
-def _folder_names(runs: Path, task: Task) -> Iterator[Path]:
+def _folder_names(runs: Path, task: Task | BatchMotor) -> Iterator[Path]:
     serial = _UNSAFE_IN_NAMES.sub("-", task.serial_number).strip("-.") or "motor"
     path = runs / f"{task.number // _RUNS_IN_FOLDER:03d}" / f"{task.number:06d}-{serial}"
     yield path
