@@ -120,6 +120,7 @@ def make_app() -> App:
         ("archive:restore", "restore", "Put an archived batch back."),
         ("retain:retain", "retain", "Remove old waveforms and runs by a rule, with a log."),
         ("forward:forward", "forward", "Forward the records that wait for their server."),
+        ("close:close", "close", "List and close batches that were broken off."),
         ("pack:pack", "pack", "Compress the runs of batches that were measured before."),
         ("motors:motors", "motors", "List the motors with a figure or a failure, and their runs."),
         ("plan:plan", "plan", "Write a plan from a measured motor."),

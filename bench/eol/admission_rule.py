@@ -83,6 +83,17 @@ def decide(
     )
 
 
+def in_other_capitals_tested(serial_number: str, other: Sequence[EarlierTest]) -> Text:
+    """Return what is said of a serial number that differs from one with these tests, in their order, in capitals only."""
+    return text(
+        "serial number {serial} differs from {known} in capitals only, and would be another motor; {tested}. If it is the same motor, "
+        "scan {known}",
+        serial=serial_number,
+        known=other[-1].serial_number,
+        tested=_tested(other[-1].serial_number, other),
+    )
+
+
 def takes_again(verdict: Verdict, test_number: int, rule: RetestSection) -> bool:
     """Tell whether a test came to no verdict on the motor, and the rule takes it again by itself."""
     if verdict in _JUDGED or verdict.value not in rule.verdicts:

@@ -11,7 +11,7 @@ from bench.eol.line_statistics import StatisticsRequest, known_names
 from bench.eol.statistics.gauge import GaugeStudy, gauge_study
 from bench.eol.statistics.gauge_types import Linearity, RangeStudy, TypeOneStudy, linearity, range_study, type_one
 from bench.eol.store.insertion import settled
-from bench.eol.store.selection import Selection, choose
+from bench.eol.store.selection import Selection
 from bench.eol.store.study import crossed, figures_of, latest_limits
 from bench.eol.store.tallies import latest
 from bench.i18n.errors import InputError
@@ -88,7 +88,7 @@ def _no_study(parameter: str, error: ValueError) -> InputError:
 @contextmanager
 def _chosen(engine: Engine, wanted: StatisticsRequest) -> Iterator[tuple[Connection, Selection]]:
     with settled(engine) as connection:
-        yield connection, choose(connection, wanted.batches, wanted.model, wanted.golden)
+        yield connection, wanted.choose(connection, wanted.golden)
 
 
 def _measured(connection: Connection, wanted: StatisticsRequest, selection: Selection) -> list[str]:

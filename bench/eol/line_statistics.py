@@ -7,6 +7,7 @@ from datetime import datetime, time
 
 from sqlalchemy import Connection, Engine
 
+from bench.eol.narrowing import ALL_OF_A_NAME, Narrowing, joined_names
 from bench.eol.statistics.association import Association, association
 from bench.eol.statistics.capability import Capability, of_moments, spread_within
 from bench.eol.statistics.control_chart import Chart, individuals_chart
@@ -34,7 +35,7 @@ from bench.eol.verdict import Verdict
 from bench.eol.yields import SHIFTS, Grouping, MotorYields, motor_yields
 from bench.files.toml_file import nearest
 from bench.i18n.errors import UsageError
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from procedures.known_parameters import definition_of
 from reports.labels import ParameterLabels
 
@@ -97,6 +98,8 @@ class LineStatistics:
     by_procedure: tuple[Failures, ...]
     parameters: Mapping[str, ParameterStatistics]
     associations: tuple[Association, ...]
+    #: That several batches of one name are taken together, None where they are not.
+    joined: Text | None
 
 
 @dataclass(frozen=True)
@@ -115,6 +118,12 @@ class StatisticsRequest:
     confidence: float = 0.95
     by: Sequence[Grouping] = ()
     shifts: Sequence[time] = SHIFTS
+    narrowing: Narrowing = ALL_OF_A_NAME
+
+    def choose(self, connection: Connection, golden: Sequence[str]) -> Selection:
+        """Return the records that are wanted, without the `golden` motors. Raises InputError where there are none."""
+        narrowed = self.narrowing.condition(connection, self.batches) if self.narrowing.anything else None
+        return choose(connection, self.batches, self.model, golden, narrowed)
 
 
 def line_statistics(engine: Engine, wanted: StatisticsRequest) -> LineStatistics:
@@ -122,13 +131,14 @@ def line_statistics(engine: Engine, wanted: StatisticsRequest) -> LineStatistics
     with settled(engine) as connection:
         without_compiling(connection)
         wanted = replace(wanted, golden=golden_motors(connection, wanted.golden))
-        selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
+        selection = wanted.choose(connection, wanted.golden)
         names = known_names(connection, wanted.parameters)
         neighbours = rows_of_neighbours(connection, names, selection)
         found = {name: _parameter(connection, name, selection, wanted, neighbours[name]) for name in names}
         statistics = {name: each for name, each in found.items() if each is not None}
         by_parameter = failures_by_parameter(connection, selection)
         by_procedure = failures_by_procedure(connection, selection)
+        narrowed = selection.narrowed
         return LineStatistics(
             selection,
             Yield(selection.verdicts, motor_yields(connection, selection, wanted.by, wanted.shifts, wanted.confidence)),
@@ -136,6 +146,7 @@ def line_statistics(engine: Engine, wanted: StatisticsRequest) -> LineStatistics
             tuple(by_procedure),
             dict(sorted(statistics.items(), key=lambda item: not _has_limits(item[1]))),
             _associations(connection, selection, by_parameter, by_procedure, statistics, wanted.confidence),
+            joined_names(connection, wanted.batches, narrowed),
         )
 
 
@@ -146,8 +157,7 @@ def measured_parameters(engine: Engine, wanted: StatisticsRequest) -> list[str]:
     """
     with settled(engine) as connection:
         without_compiling(connection)
-        golden = golden_motors(connection, wanted.golden)
-        selection = choose(connection, wanted.batches, wanted.model, golden)
+        selection = wanted.choose(connection, golden_motors(connection, wanted.golden))
         there = [name for name in parameters(connection) if latest(connection, name, selection, 1)]
         worst = [each.name for each in failures_by_parameter(connection, selection) if each.failed]
         judged = {name: held_against_limits(connection, name, selection) for name in there}

@@ -16,6 +16,8 @@ from drivers.interfaces.text import text
 OnFailure = Literal["stop", "go_on", "retry"]
 KeepWaveforms = Literal["all", "failed", "none"]
 _MOST_RETRIES = 10
+#: What a plan takes that says nothing of its serial numbers.
+ANY_SERIAL = r"\S{1,64}"
 
 
 def _per_cent() -> Any:
@@ -29,9 +31,7 @@ class _Plan(Section):
     motor: str = Field(
         min_length=1, description="the type: a motor file beside the plan, or the name of a shipped motor"
     )
-    serial_pattern: str = Field(
-        default=r"\S{1,64}", description="regular expression that a whole serial number matches"
-    )
+    serial_pattern: str = Field(default=ANY_SERIAL, description="regular expression that a whole serial number matches")
     guard: GuardBand = Field(default=GuardBand.STRICT, description="strict, shared or lenient")
     minimum_ratio: float = Field(
         default=1.0, ge=0.0, le=1000.0, strict=True, description="least tolerance over the width of the 95 % interval"

@@ -29,6 +29,13 @@ def spelled_pattern(pattern: str) -> str:
     )
 
 
+def in_other_capitals(serial_number: str) -> tuple[str, ...]:
+    """Return what a scanner or a keyboard with Caps Lock on sends in its place: other serial numbers, as they are kept."""
+    kept = spelled(serial_number)
+    others = (kept.upper(), kept.lower(), kept.swapcase())
+    return tuple(other for other in dict.fromkeys(others) if other != kept)
+
+
 def spellings(serial_number: str) -> tuple[str, ...]:
     """Return the spellings in which records may have a serial number: those of earlier versions have it as it was sent."""
     kept = spelled(serial_number)

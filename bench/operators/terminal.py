@@ -87,7 +87,7 @@ class TerminalOperator:
             self._wait(self._correctable)
             return self._hands.perform(action)
         if isinstance(action, Mend):
-            return self._line(text("Corrected? Press Enter to measure again, or type n to give up")).lower() not in _NO
+            return self._mended()
         if isinstance(action, MarkRestPositions):
             return self._angles(text("angles in degrees, separated by spaces"))
         self._wait(self._correctable)
@@ -177,6 +177,13 @@ class TerminalOperator:
                         typed=typed,
                     )
                 )
+
+    def _mended(self) -> bool:
+        """Return whether it is corrected; a serial number that a scanner types is no answer."""
+        asked = text("Corrected? Press Enter to measure again, or type n to give up")
+        while (typed := self._line(asked)).lower() not in (*_DONE, *_NO):
+            self._say(text("'{typed}' is no answer here", typed=typed))
+        return typed.lower() in _DONE
 
     def _command(self, action: EnterCommand) -> str | None:
         """Say what came of the command before and what is on; return the next one, None where none came in time."""

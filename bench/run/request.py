@@ -92,7 +92,7 @@ class Finished:
 
     `journal_sha256` is the hash of the journal's last event. `left` is the actual state of a virtual bench after the
     shutdown, empty for a real one; `unfelt` says where its faults were given that never began or struck no message.
-    `unwritten` is what could not be recorded.
+    `unwritten` is what could not be recorded, `left_on` what could not be switched off.
     """
 
     folder: RunFolder
@@ -102,3 +102,4 @@ class Finished:
     left: Mapping[str, Any] = field(default_factory=dict)
     unfelt: tuple[str, ...] = ()
     unwritten: RecordError | None = None
+    left_on: tuple[str, ...] = ()

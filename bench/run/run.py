@@ -267,6 +267,7 @@ def carry_out(
             context.simulation.actual_state(),
             tuple(fault.source for fault in request.faults if fault.described.told() in unfelt),
             next(iter(runner.unwritten), journal.failure),
+            tuple(runner.left_on),
         )
 
 

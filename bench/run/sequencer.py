@@ -104,6 +104,8 @@ class Runner:
     partial: PartialResults = field(default_factory=PartialResults)
     #: What ended the run where its record could not be written.
     unwritten: list[RecordError] = field(default_factory=list)
+    #: What neither the run nor its guardian could switch off, or verify that it is.
+    left_on: list[str] = field(default_factory=list)
     #: What earlier sessions did in procedures that were left, by name.
     earlier: Mapping[str, Sequence[EarlierAttempt]] = field(default_factory=dict)
 
@@ -317,6 +319,7 @@ class Runner:
         journal_lost = self.journal.failure is not None
         result = [*unsafe, *faults, *self.guard.dismiss(journal_lost=journal_lost, unsafe=bool(unsafe))]
         if unsafe and SWITCHED_OFF not in result:
+            self.left_on.extend(unsafe)
             result.append(_MAY_BE_ON.render(self.translate))
         return result
 

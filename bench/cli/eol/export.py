@@ -9,6 +9,7 @@ from typing import IO, Annotated, Literal
 
 from cyclopts import Parameter
 
+from bench.cli.eol.narrowing_options import ALL_RECORDS, NarrowingOptions, tell_joined
 from bench.cli.output import print_json
 from bench.eol.record import MotorRecord
 from bench.i18n.errors import InputError, UsageError, at
@@ -23,6 +24,7 @@ def export(
     format_: Annotated[Format, Parameter(name="--format")],
     out: Annotated[Path | None, Parameter(name=("--out", "--output"))] = None,
     records: str = "records.sqlite",
+    only: NarrowingOptions = ALL_RECORDS,
     json: bool = False,
 ) -> int:
     """Write the records of batches, of all where none is named; a file is there whole, or not at all.
@@ -37,10 +39,13 @@ def export(
         File to write. An existing file is replaced. Without it, the records go to standard output.
     records
         The records: a SQLite file, or postgresql://USER@HOST/NAME.
+    only
+        Which of the batches of one name are meant.
     json
         Print one JSON object and nothing else.
 
     """
+    from bench.eol.narrowing import records_of
     from bench.eol.store.database import open_for_reading
     from bench.eol.store.records import Records
 
@@ -48,8 +53,7 @@ def export(
         raise UsageError(text("--json and --format parquet go with --out FILE"))
     engine = open_for_reading(records)
     try:
-        kept = Records(engine)
-        there = kept.batches()
+        there = Records(engine).batches()
         for name in batches:
             if name not in there:
                 raise UsageError(
@@ -59,7 +63,8 @@ def export(
                         names=there[:20] or text("none"),
                     )
                 )
-        found = (record for name in (dict.fromkeys(batches) or [None]) for record in kept.read(name))
+        found, joined = records_of(engine, batches, only.read())
+        tell_joined(joined, translator(language_of("auto")))
         if out is None:
             _writer(format_)(found, sys.stdout.buffer)
             sys.stdout.flush()

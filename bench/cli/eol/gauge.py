@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from bench.cli.eol.gauge_output import print_gauge, print_linearity, print_range, print_type_one
+from bench.cli.eol.narrowing_options import tell_joined
 from bench.cli.eol.stats_json import studies_as_dict
 from bench.cli.output import print_json
 from bench.eol.gauge_studies import gauge_studies, linearity_studies, range_studies, type_one_studies
 from bench.eol.line_statistics import StatisticsRequest, parameter_labels
+from bench.eol.narrowing import records_of
 from bench.eol.store.database import open_for_reading
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, text
@@ -59,6 +61,7 @@ def show_study(
     engine = open_for_reading(records)
     confidence = wanted.confidence
     try:
+        tell_joined(records_of(engine, wanted.batches, wanted.narrowing)[1], translate)
         labels = parameter_labels(engine)
         match asked.study:
             case "crossed":

@@ -2,11 +2,15 @@
 
 import sys
 
+from bench.cli.eol.narrowing_options import ALL_RECORDS, NarrowingOptions, tell_joined
 from bench.i18n.errors import UsageError
+from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text
 
 
-def labels(*, batch: str, records: str = "records.sqlite") -> None:
+def labels(
+    *, batch: str, records: str = "records.sqlite", only: NarrowingOptions = ALL_RECORDS, language: str = "auto"
+) -> None:
     """Print the label line of each motor of a batch, in the order in which they were done.
 
     Parameters
@@ -15,13 +19,22 @@ def labels(*, batch: str, records: str = "records.sqlite") -> None:
         The batch's name.
     records
         Where the records are kept; the same as for `eol run`.
+    only
+        Which of the batches of one name are meant.
+    language
+        en, zh, or auto by the locale.
 
     """
-    from bench.eol.line.record_writer import own_records
+    from bench.eol.narrowing import records_of
     from bench.eol.record import label_of
+    from bench.eol.store.database import open_for_reading
 
-    with own_records(records) as kept:
-        lines = [label_of(record) + "\n" for record in kept.read(batch)]
+    engine = open_for_reading(records)
+    try:
+        found, joined = records_of(engine, [batch], only.read())
+        lines = [label_of(record) + "\n" for record in found]
+    finally:
+        engine.dispose()
     if not lines:
         raise UsageError(
             text(
@@ -30,4 +43,5 @@ def labels(*, batch: str, records: str = "records.sqlite") -> None:
                 batch=batch,
             )
         )
+    tell_joined(joined, translator(language_of(language)))
     sys.stdout.writelines(lines)

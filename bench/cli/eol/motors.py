@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from bench.cli.eol.narrowing_options import ALL_RECORDS, NarrowingOptions, tell_joined
 from bench.cli.output import print_json
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
@@ -24,6 +25,7 @@ def motors(
     failed: str | None = None,
     serial: tuple[str, ...] = (),
     most: int = 100,
+    only: NarrowingOptions = ALL_RECORDS,
     language: str = "auto",
     json: bool = False,
 ) -> None:
@@ -51,12 +53,16 @@ def motors(
         All tests of these motors, in any batch.
     most
         How many are listed.
+    only
+        Which of the batches of one name are meant.
     language
         en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
 
     """
+    if serial and only != ALL_RECORDS:
+        raise UsageError(text("--serial lists all tests of a motor; leave --station, --since, --until and --runs away"))
     asked = [name for name, given in (("--parameter", parameter), ("--failed", failed), ("--serial", serial)) if given]
     if len(asked) > 1:
         raise UsageError(text("{names} select different motors; give only one of them", names=" ".join(asked)))
@@ -66,7 +72,8 @@ def motors(
         raise UsageError(text("--from {low} --to {high}: no figure lies there", low=low, high=high))
     if not 1 <= most <= 100_000:
         raise UsageError(text("--most {most}: 1 to 100000 is allowed", most=most))
-    from bench.eol.line_statistics import known_names
+    from bench.eol.line_statistics import StatisticsRequest, known_names
+    from bench.eol.narrowing import joined_names
     from bench.eol.store.database import open_for_reading
     from bench.eol.store.insertion import settled
     from bench.eol.store.motors import (
@@ -75,7 +82,7 @@ def motors(
         motors_by_serial_number,
         motors_not_passed,
     )
-    from bench.eol.store.selection import choose, golden_motors
+    from bench.eol.store.selection import golden_motors
 
     translate = translator(language_of(language))
     engine = open_for_reading(records)
@@ -84,7 +91,9 @@ def motors(
             if serial:
                 found = motors_by_serial_number(connection, serial, most)
             else:
-                selection = choose(connection, batches, model, golden_motors(connection))
+                wanted = StatisticsRequest(batches, model, narrowing=only.read())
+                selection = wanted.choose(connection, golden_motors(connection))
+                tell_joined(joined_names(connection, batches, selection.narrowed), translate)
                 if parameter:
                     (name,) = known_names(connection, (parameter,))
                     found = motors_by_figure(connection, selection, name, low, high, most)

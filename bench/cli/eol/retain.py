@@ -1,6 +1,7 @@
 """`motorbench eol retain`: what of old motors' runs is removed, by a rule."""
 
-from datetime import UTC, datetime
+import sys
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from bench.cli.output import print_json
@@ -36,23 +37,26 @@ def retain(
     dry_run
         Only tell what would be removed.
     clock_is_right
-        Count the days by this computer's clock, also those of a standstill: of more than four days without a motor.
+        Count the days by this computer's clock, also those of a standstill: of more than four days without a motor, or of more than
+        the line's usual pause if that is longer.
     language
         en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
 
     """
-    from bench.eol.archive.retention import LOG, due, load_rule, remove
+    from bench.eol.archive.retention import LOG, due, load_rule, longest_pause, remove
     from bench.eol.store.database import open_for_reading
     from bench.eol.store.records import Records
 
     read, now = load_rule(rule), datetime.now(UTC)
+    translate = translator(language_of(language))
     if not runs.is_dir():
         raise FileError(text("{runs}: there is no such folder of runs", runs=runs))
     counts, size, held_back = {"runs": 0, "waveforms": 0}, 0, set[Path]()
     engine = open_for_reading(records)
     try:
+        counted = longest_pause(Records(engine), now)
         for removal in due(Records(engine), read, runs, now, clock_is_right=clock_is_right):
             if removal.held_back:
                 held_back.add(removal.folder)
@@ -63,8 +67,17 @@ def retain(
             size += removal.size
     finally:
         engine.dispose()
+    if read.removes_nothing:
+        words = text(
+            "{rule}: this rule removes nothing, because it names no days. Write for example [runs] and below it passed = 730; allowed are "
+            "the tables [waveforms] and [runs], and in them passed, failed, error, aborted",
+            rule=rule,
+        )
+        print(f"motorbench: {words.render(translate)}", file=sys.stderr)
     if json:
         print_json({**counts, "size": size, "held_back": len(held_back), "removed": not dry_run})
+        return
+    if read.removes_nothing:
         return
     words = (
         text(
@@ -77,12 +90,13 @@ def retain(
             "removed: runs: {runs}, waveforms of other runs: {waveforms}; {size:.1f} MB", size=size / 1e6, **counts
         )
     )
-    translate = translator(language_of(language))
     print(words.render(translate))
     if held_back:
         words = text(
-            "kept, although old by this computer's clock, because the line stood still meanwhile or the clock was set: {count}. If it "
-            "stood still, --clock-is-right removes them too",
+            "kept, although old by this computer's clock, because the line stood still meanwhile or the clock was set: {count}. Of "
+            "each pause between two tests {days:.3g} days count at most; if the line stood still, --clock-is-right counts all and removes "
+            "them too",
             count=len(held_back),
+            days=counted / timedelta(days=1),
         )
         print(words.render(translate))

@@ -3,7 +3,9 @@
 import sys
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
 
 from bench.cli.options import Seed
 from bench.cli.output import print_json
@@ -16,7 +18,7 @@ from bench.eol.record import MotorRecord, label_of
 from bench.eol.store.faults import StoreError
 from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
-from bench.i18n.errors import InputError
+from bench.i18n.errors import InputError, UsageError
 from bench.i18n.language import language_of, translator
 from bench.run.console import console_on
 from drivers.interfaces.text import Text, Translate, lines, text, text_of
@@ -34,7 +36,7 @@ def run(
     station: str,
     sockets: int | None = None,
     batch: str = "",
-    serials: str = "",
+    serials: Annotated[str, Parameter(allow_leading_hyphen=True)] = "",
     motors: int | None = None,
     first_serial: int = 1,
     records: str = "records.sqlite",
@@ -91,6 +93,9 @@ def run(
         Print one JSON object and nothing else.
 
     """
+    if serials.startswith("-") and serials != "-":
+        # What begins so is another option: its value was left out.
+        raise UsageError(text("{name} needs a value.", name="--serials"))
     request = BatchRequest(
         plan=plan,
         station=station,

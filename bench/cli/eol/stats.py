@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from bench.cli.eol.narrowing_options import ALL_RECORDS, NarrowingOptions, tell_joined
 from bench.cli.output import print_json
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
@@ -31,6 +32,7 @@ def stats(
     last: int = 100,
     rule: Annotated[tuple[int, ...], Parameter(consume_multiple=True)] = (),
     confidence: float = 0.95,
+    only: NarrowingOptions = ALL_RECORDS,
     json: bool = False,
     language: str = "auto",
 ) -> int:
@@ -69,6 +71,8 @@ def stats(
         without a change.
     confidence
         Of all intervals.
+    only
+        Which of the batches of one name are meant.
     json
         Print one JSON object and nothing else.
     language
@@ -88,7 +92,7 @@ def stats(
     from bench.eol.yields import shift_starts
 
     wanted = StatisticsRequest(batches, model, parameter, golden, last, tuple(dict.fromkeys(rule)), confidence)
-    wanted = replace(wanted, by=tuple(dict.fromkeys(by)), shifts=shift_starts(shifts))
+    wanted = replace(wanted, narrowing=only.read(), by=tuple(dict.fromkeys(by)), shifts=shift_starts(shifts))
     translate = translator(language_of(language))
     if gauge is not None or study is not None:
         asked = GaugeRequest(study or "crossed", gauge or "person", references(reference), alpha)
@@ -106,6 +110,7 @@ def stats(
             check_tested(connection, golden)
     finally:
         engine.dispose()
+    tell_joined(found.joined, translate)
     if json:
         print_json(statistics_as_dict(found))
     else:

@@ -26,9 +26,11 @@ from drivers.interfaces.text import reason_of, text
 
 #: The log among the runs.
 LOG = "retention.jsonl"
-#: From one record to the next, and from the last to now, at most so much counts: a long weekend. More is a line that stood still, or
-#: a clock that was set.
+#: From one record to the next, and from the last to now, at most so much counts: a long weekend, or what is usual of a line that
+#: works seldom. More is a line that stood still, or a clock that was set.
 _STANDSTILL = timedelta(days=4)
+#: What is usual: three in four of the pauses of a day and more are not longer, and there must be so many of them.
+_PAUSE, _USUAL, _PAUSES = timedelta(days=1), 0.75, 4
 _WAVEFORMS = "waveforms"
 
 
@@ -61,6 +63,11 @@ class RetentionRule(Section):
     waveforms: _Days = _Days()
     runs: _Days = _Days()
 
+    @property
+    def removes_nothing(self) -> bool:
+        """Tell whether it names no days at all."""
+        return all(days.of(verdict) is None for days in (self.waveforms, self.runs) for verdict in Verdict.of_motors())
+
 
 @dataclass(frozen=True)
 class Removal:
@@ -86,19 +93,33 @@ class _LineTime:
     """The time of a line as its records tell it, in the order in which they were kept: the latest so far, and how long it has worked.
 
     A record that is earlier than one before it counts as of that time, for the clock may have been behind; one that is later than
-    `now` does not count.
+    `now` does not count. Of a pause at most a `standstill` counts.
     """
 
-    def __init__(self, now: datetime) -> None:
-        self._now = now
+    def __init__(self, now: datetime, standstill: timedelta = timedelta.max) -> None:
+        self._now, self._standstill = now, standstill
         self.latest: datetime | None = None
         self.worked = timedelta()
 
-    def reach(self, time: datetime) -> None:
-        """Go on to a record's time."""
-        if time <= self._now and (self.latest is None or time > self.latest):
-            self.worked += min(time - (self.latest or time), _STANDSTILL)
-            self.latest = time
+    def reach(self, time: datetime) -> timedelta:
+        """Go on to a record's time; return the pause before it."""
+        if time > self._now or (self.latest is not None and time <= self.latest):
+            return timedelta()
+        pause = time - (self.latest or time)
+        self.worked += min(pause, self._standstill)
+        self.latest = time
+        return pause
+
+
+def longest_pause(records: Records, now: datetime) -> timedelta:
+    """Return how much of a pause between two tests counts: four days, or more for a line whose pauses are usually longer.
+
+    One time that the clock was wrong does not change what is usual.
+    """
+    line = _LineTime(now)
+    pauses = sorted(pause for pause in map(line.reach, records.ends()) if pause >= _PAUSE)
+    usual = pauses[int(_USUAL * (len(pauses) - 1))] if len(pauses) >= _PAUSES else _STANDSTILL
+    return max(_STANDSTILL, usual)
 
 
 def due(
@@ -109,7 +130,8 @@ def due(
     What is old by this computer's clock alone is held back unless the `clock_is_right`.
     """
     uids: dict[str, str | None] = {}
-    whole, line = _LineTime(now), _LineTime(now)
+    standstill = longest_pause(records, now)
+    whole, line = _LineTime(now, standstill), _LineTime(now, standstill)
     for ended in chain(records.ends(), (now,)):
         whole.reach(ended)
     for record in records.read():

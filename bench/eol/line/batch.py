@@ -19,6 +19,7 @@ from bench.eol.line.batch_log import BatchLog, BatchMotor
 from bench.eol.line.brakes import AppliedBrake
 from bench.eol.line.calibration_watch import CalibrationWatch
 from bench.eol.line.coordinator import Coordinator
+from bench.eol.line.motor_record import left_on_by_guardian
 from bench.eol.line.panel_channel import PanelChannel
 from bench.eol.line.preparation.decidable_limits import DecidableLimits
 from bench.eol.line.preparation.line_file import ProductionLine, digest
@@ -37,7 +38,7 @@ from bench.eol.line.workers.messages import Batch
 from bench.eol.line.workers.worker_process import ForkServer
 from bench.eol.motor_yield import MotorYield
 from bench.eol.plan import Plan, PlannedCheck
-from bench.eol.plan_file import RetestSection
+from bench.eol.plan_file import ANY_SERIAL, RetestSection
 from bench.eol.plans_beside import check_serial
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan
@@ -196,6 +197,7 @@ def _run(
                 model=prepared.motor.nameplate.name,
                 rule=plan.again,
                 person=request.person.strip() if request.again else "",
+                spelling_stated=plan.serial_pattern != ANY_SERIAL,
             )
             admission = _admission(prepared, request, serials, log, writer, desk, listeners)
             coordinator = Coordinator(line, batch, checks, admission, writer, log, listeners, workers, owner)
@@ -258,6 +260,8 @@ def _admission(
     own = [each for each in writer.results(log.name) if log.owns(each.number, each.identifier)] if log.resumed else []
     verdicts = {each.serial_number: each.verdict for each in own}
     cut_off, last = _begun_before(log, own)
+    for motor in cut_off:
+        _tell_left_on(motor, left_on_by_guardian(log.path.parent, motor), listener)
     return Admission(
         serials,
         cut_off,
@@ -271,6 +275,18 @@ def _admission(
         waiting=lambda: warm_up.waits and not request.warm,
         refused=CalibrationWatch(line, prepared.roles, listener.noted, listener.trouble).refused,
     )
+
+
+def _tell_left_on(motor: BatchMotor, what: Sequence[str], listener: BatchListener) -> None:
+    """Say what the guardian of a run could not switch off whose batch was killed: nobody was there who could hear it."""
+    if what:
+        listener.trouble(
+            text(
+                "when this batch was cut off at {serial}, {what}. It may still be on: check it before anybody touches the motor",
+                serial=motor.serial_number,
+                what="; ".join(what),
+            )
+        )
 
 
 def _panel_channel(serials: SerialNumbers, batch: Batch, line: ProductionLine) -> PanelChannel:

@@ -6,6 +6,7 @@ import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -188,6 +189,37 @@ def is_measured(folder: Path) -> bool:
 def broken_off(folder: Path) -> bool:
     """Tell whether a batch has no process and did not end itself: it left its announcement to panels behind."""
     return any((folder / name).exists() for name in ANNOUNCEMENTS) and not is_measured(folder)
+
+
+def batches_broken_off(runs: Path) -> list[str]:
+    """Return the names of the batches of a folder that were broken off, the one that was written last first."""
+    folders = [log.parent for log in runs.glob(f"*/{FILE}") if broken_off(log.parent)]
+    return [folder.name for folder in sorted(folders, key=lambda folder: (folder / FILE).stat().st_mtime, reverse=True)]
+
+
+def close_batch(folder: Path, person: str) -> None:
+    """Note that a batch that was broken off is not to go on, and take back its announcement.
+
+    Raises InputError where it is being measured, or its folder cannot be written.
+    """
+    with held_batch(folder):
+        try:
+            file = os.open(folder / FILE, os.O_WRONLY | os.O_APPEND)
+            try:
+                closed = {"closed": datetime.now(UTC).isoformat(timespec="seconds"), "by": person}
+                # On a line of its own, whatever was cut off before it.
+                write_all(
+                    file, b"\n" + json.dumps(closed, ensure_ascii=False).encode("utf-8", "backslashreplace") + b"\n"
+                )
+                os.fsync(file)
+            finally:
+                os.close(file)
+            for name in ANNOUNCEMENTS:
+                (folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(
+                text("{folder} cannot be written: {error}", folder=folder, error=reason_of(error))
+            ) from None
 
 
 def _lock(file: int, path: Path) -> None:

@@ -1,7 +1,7 @@
 """Brakes: too many motors in a row that did not pass tell of the station or of a lot, and not of these motors."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from bench.eol.plan_file import BrakeSection
@@ -20,6 +20,20 @@ class AppliedBrake:
 
     socket: str
     why: Text
+
+
+def left_on(record: MotorRecord, what: Sequence[str]) -> AppliedBrake:
+    """Return the brake of a socket at which something could not be switched off: nobody is to touch the next motor there."""
+    return AppliedBrake(
+        record.socket,
+        text(
+            "socket {socket} takes no more motors: after {serial}, {what}. It may still be on: switch it off by hand, at the mains "
+            "switch or with the emergency stop, before anybody touches the motor",
+            socket=record.socket,
+            serial=record.serial_number,
+            what="; ".join(what),
+        ),
+    )
 
 
 class Brakes:

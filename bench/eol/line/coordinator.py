@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 
 from bench.eol.line.admission.next_motor import Admission
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog
-from bench.eol.line.brakes import Brakes
+from bench.eol.line.brakes import Brakes, left_on
 from bench.eol.line.dispatcher import Dispatcher
-from bench.eol.line.motor_record import cut_off_record
+from bench.eol.line.motor_record import cut_off_record, left_on_by_guardian
 from bench.eol.line.preparation.line_file import ProductionLine
 from bench.eol.line.record_writer import RecordDestination, save_with_retries
 from bench.eol.line.stop_request import StopRequest
@@ -120,6 +121,7 @@ class Coordinator:
                 self._dispatcher.release(slot, message.time)
                 slot.deaths = 0
                 self._finish(slot, message.record, self._dispatcher.time(message.time))
+                self._hold_where_on(message.record, message.left_on)
                 self._tell_once(message.remedy)
                 self._dispatcher.request_motor(slot)
             case WorkerFailed():
@@ -133,6 +135,12 @@ class Coordinator:
         slot.task, slot.time = None, time
         self._listener.done(record)
         for brake in self._brakes.observe(record):
+            self._dispatcher.brake(brake.socket)
+            self._listener.braked(brake)
+
+    def _hold_where_on(self, record: MotorRecord, what: Sequence[str]) -> None:
+        if what:
+            brake = left_on(record, what)
             self._dispatcher.brake(brake.socket)
             self._listener.braked(brake)
 
@@ -164,7 +172,9 @@ class Coordinator:
         how = Text("{why}{how}", {"why": slot.ended, "how": how}) if how else text("stopped working")
         if slot.task is not None:
             record = cut_off_record(self._batch, slot.name, slot.task, slot.started, how, stopped=self._stop.by)
+            may_be_on = left_on_by_guardian(Path(self._batch.folder), slot.task)
             self._finish(slot, record, self._slots.status.reached(slot.number))
+            self._hold_where_on(record, may_be_on)
         deaths = slot.deaths + 1
         over = self._dispatcher.takes_no_more(slot.name)
         words = text("the process of socket {name} {how}", name=slot.name, how=how)

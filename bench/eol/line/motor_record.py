@@ -9,7 +9,7 @@ from pathlib import Path
 
 from bench.eol.diagnosis.diagnose import diagnose
 from bench.eol.diagnosis.diagnosed import Diagnosis
-from bench.eol.line.batch_log import record_identifier
+from bench.eol.line.batch_log import BatchMotor, record_identifier
 from bench.eol.line.judging import MotorJudge, described
 from bench.eol.line.workers.messages import Batch, Task
 from bench.eol.plan_file import KeepWaveforms
@@ -18,9 +18,12 @@ from bench.eol.told_causes import told_causes
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import NOTHING, InputError
 from bench.i18n.language import translator
+from bench.journal.codec import decode
 from bench.journal.errors import NoRoomError, RecordError, briefly
 from bench.journal.events.instruments import WaveformsTaken
 from bench.journal.events.run import ProcedureStarted
+from bench.journal.events.safety import GuardianShutdownDone
+from bench.journal.guardian_record import FILE as GUARDIAN
 from bench.journal.journal_file import JournalFile, read_journal
 from bench.journal.recording import WaveformSink
 from bench.journal.run_folder import RunFolder
@@ -144,6 +147,22 @@ def cut_off_record(batch: Batch, socket: str, task: Task, started: datetime, how
     )
 
 
+def left_on_by_guardian(runs: Path, motor: Task | BatchMotor) -> Sequence[str]:
+    """Return what the guardian of a motor's latest run could not switch off in its place, as its record in the run's folder says."""
+    walked: Sequence[str] = ()
+    try:
+        lines_written = b"".join(
+            (folder / GUARDIAN).read_bytes() for folder in run_folders(runs, motor)[-1:]
+        ).splitlines()
+    except OSError:
+        # Without a guardian, or a disk: nothing is known of what it did.
+        return walked
+    for found in filter(None, map(decode, lines_written)):
+        event = found[0].event
+        walked = event.failed if isinstance(event, GuardianShutdownDone) else walked
+    return walked
+
+
 def new_folder(runs: Path, task: Task) -> RunFolder:
     """Make the folder of a motor's run, by its number and serial number; one that was cut off keeps its own. Raises OSError."""
     for path in _folder_names(runs, task):
@@ -156,12 +175,12 @@ def new_folder(runs: Path, task: Task) -> RunFolder:
     raise FileExistsError(f"{runs}: motor {task.number} was begun {_MAXIMUM_RUNS_OF_MOTOR} times")
 
 
-def run_folders(runs: Path, task: Task) -> list[Path]:
+def run_folders(runs: Path, task: Task | BatchMotor) -> list[Path]:
     """Return the folders of a motor's runs, in the order in which they were made."""
     return list(takewhile(Path.is_dir, _folder_names(runs, task)))
 
 
-def _folder_names(runs: Path, task: Task) -> Iterator[Path]:
+def _folder_names(runs: Path, task: Task | BatchMotor) -> Iterator[Path]:
     serial = _UNSAFE_IN_NAMES.sub("-", task.serial_number).strip("-.") or "motor"
     path = runs / f"{task.number // _RUNS_IN_FOLDER:03d}" / f"{task.number:06d}-{serial}"
     yield path

@@ -1,10 +1,9 @@
 """Warm-up: instruments read what their data sheets say only some time after they were switched on."""
 
-from collections.abc import Callable
 from datetime import datetime, timedelta
 
-from bench.eol.line.admission.golden_gate import wall_time
 from bench.eol.line.preparation.line_file import ProductionLine
+from bench.eol.line.wall_clock import WallClock
 from drivers.interfaces.text import Text, text
 
 
@@ -14,17 +13,20 @@ class WarmUp:
     `last` is when its last motor's test ended (UTC). A virtual bench is always warm.
     """
 
-    def __init__(self, line: ProductionLine, last: datetime | None, now: Callable[[], datetime] = wall_time) -> None:
-        self._now = now
-        self._idle_for, begin = timedelta(hours=line.cold_after), now()
+    def __init__(self, line: ProductionLine, last: datetime | None, clock: WallClock | None = None) -> None:
+        self._clock = clock or WallClock()
+        self._idle_for, begin = timedelta(hours=line.cold_after), self._clock.now()
         # A last test that is still to come was made while the clock was ahead, and nobody knows when.
         cold = last is None or abs(begin - last) >= self._idle_for
-        self.until = begin + timedelta(seconds=line.warm_up) if line.warm_up and cold and not line.is_virtual else None
+        warming = timedelta(seconds=line.warm_up)
+        self.until = begin + warming if warming and cold and not line.is_virtual else None
+        # A clock that is set meanwhile makes no instrument warm, and none cold for a year.
+        self._warm_at = self._clock.running() + warming
 
     @property
     def waits(self) -> bool:
         """Return whether it is not warm yet."""
-        return self.until is not None and self._now() < self.until
+        return self.until is not None and self._clock.running() < self._warm_at
 
     @property
     def words(self) -> Text:

@@ -3,7 +3,7 @@
 import os
 import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from socket import gethostname
 from threading import Event
@@ -66,7 +66,7 @@ def open_database(reference: str, *, existing: bool = False) -> Engine:
     no database, or has tables of a version that this program cannot work with.
     """
     url = database_url(reference)
-    if existing and url.get_backend_name() == "sqlite" and not Path(url.database or "").is_file():
+    if existing and not _may_have_records(url):
         raise _no_records(reference)
     engine = _engine(url)
     with _explained(engine, url):
@@ -109,7 +109,7 @@ def migrate_database(reference: str, tell: Callable[[Text], None] = lambda _: No
     Raises NoDatabaseError where there are no records; InputError as `open_database` does, and for tables of a newer version.
     """
     url = database_url(reference)
-    if url.get_backend_name() == "sqlite" and not Path(url.database or "").is_file():
+    if not _may_have_records(url):
         raise _no_records(reference)
     engine = _engine(url)
     with _explained(engine, url):
@@ -118,6 +118,23 @@ def migrate_database(reference: str, tell: Callable[[Text], None] = lambda _: No
         versions = upgrade_tables(engine, _named(url), tell)
     engine.dispose()
     return versions
+
+
+def _may_have_records(url: URL) -> bool:
+    """Tell whether a server, or a file that is there, may hold records; an empty one, or another program's, is left as it is."""
+    if url.get_backend_name() != "sqlite":
+        return True
+    file = Path(url.database or "")
+    if not file.is_file() or not file.stat().st_size:
+        return False
+    try:
+        # Opening it as one of ours would change its journal.
+        with closing(sqlite3.connect(f"file:{quote(str(file))}?mode=ro", uri=True, timeout=_PATIENCE)) as connection:
+            found = connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'alembic_version'").fetchone()
+            return found is not None
+    except sqlite3.Error:
+        # Why it cannot be read is said where it is opened.
+        return True
 
 
 def _no_records(reference: str) -> NoDatabaseError:

@@ -7,7 +7,7 @@ from datetime import datetime
 from sqlalchemy import Engine, bindparam, select
 
 from bench.eol.record import MotorRecord
-from bench.eol.serial_number import spellings
+from bench.eol.serial_number import in_other_capitals, spelled, spellings
 from bench.eol.store.records import utc
 from bench.eol.store.schema import MOTOR
 from bench.eol.verdict import Verdict
@@ -18,7 +18,7 @@ class EarlierTest:
     """A test of a motor of the type `model`: where and when (UTC) it began, its number in its batch, and the verdict.
 
     `again_by` names the person who had it tested again, empty where it was the first test or the plan allowed it. `test_number`
-    counts the motor's tests as far as they were known when it was admitted.
+    counts the motor's tests as far as they were known when it was admitted. `serial_number` is as the record has it.
     """
 
     identifier: str
@@ -32,6 +32,11 @@ class EarlierTest:
     verdict: Verdict
     again_by: str = ""
     test_number: int = 1
+    serial_number: str = ""
+
+    def is_of(self, serial_number: str) -> bool:
+        """Tell whether it is this motor's, and not one's whose serial number has other capitals."""
+        return not self.serial_number or spelled(self.serial_number) == spelled(serial_number)
 
 
 _COLUMNS = tuple(MOTOR.c[name] for name in EarlierTest.__dataclass_fields__)
@@ -40,11 +45,15 @@ _TESTS = select(*_COLUMNS).where(MOTOR.c.serial_number.in_(bindparam("of", expan
 
 
 def earlier_tests(engine: Engine, serial_number: str) -> list[EarlierTest]:
-    """Return the tests of a serial number in a database, golden motors' not among them, in any order."""
+    """Return the tests of a serial number in a database, golden motors' not among them, in any order.
+
+    Those of serial numbers that differ from it in capitals only are among them: see `EarlierTest.is_of`.
+    """
+    of = (*spellings(serial_number), *in_other_capitals(serial_number))
     with engine.connect() as connection:
         return [
             EarlierTest(**{**row, "started": utc(row["started"]), "verdict": Verdict(row["verdict"])})
-            for row in connection.execute(_TESTS, {"of": spellings(serial_number)}).mappings()
+            for row in connection.execute(_TESTS, {"of": of}).mappings()
         ]
 
 

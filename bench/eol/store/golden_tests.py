@@ -29,16 +29,19 @@ class GoldenTests:
         """Return when (UTC) the last golden test at a socket passed, None where there is none, or it did not.
 
         The last is the one that was kept last: a clock that was ahead must not hide a failure. One that ends after `now` was made
-        while it was, and nobody knows when. Nor does a pass count that an archive put back after a later failure.
+        while it was, and nobody knows when. Nor does a pass count that an archive put back after a later failure, nor one after which
+        the station kept a motor of a time still to come: the clock was put back since, and nobody knows how long ago it was.
         """
-        tests = select(MOTOR.c.ended, MOTOR.c.verdict).where(self._tested(socket))
+        tests = select(MOTOR.c.id, MOTOR.c.ended, MOTOR.c.verdict).where(self._tested(socket))
         counted = tests.where(MOTOR.c.verdict != Verdict.ABORTED.value)
         with self.engine.connect() as connection:
             last = connection.execute(counted.order_by(MOTOR.c.id.desc()).limit(1)).one_or_none()
             if last is None or last.verdict != Verdict.PASS.value or utc(last.ended) > now:
                 return None
             after = MOTOR.c.ended > utc(last.ended), MOTOR.c.ended <= now, MOTOR.c.verdict != Verdict.PASS.value
-            return utc(last.ended) if connection.execute(counted.where(*after).limit(1)).first() is None else None
+            ahead = MOTOR.c.id > last.id, MOTOR.c.station == self.station, MOTOR.c.ended > now
+            contradicted = counted.where(*after).limit(1), select(MOTOR.c.id).where(*ahead).limit(1)
+            return None if any(connection.execute(query).first() for query in contradicted) else utc(last.ended)
 
     def history(self, socket: str, serial_number: str, tests: int, since: date | None) -> dict[str, Sequence[float]]:
         """Return the figures by parameter of the first `tests` passed tests of a golden motor at a socket `since` a day.

@@ -6,7 +6,20 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import CompoundSelect, Connection, Engine, Select, case, delete, exists, func, or_, select, union_all
+from sqlalchemy import (
+    ColumnElement,
+    CompoundSelect,
+    Connection,
+    Engine,
+    Select,
+    case,
+    delete,
+    exists,
+    func,
+    or_,
+    select,
+    union_all,
+)
 
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.serial_number import spellings
@@ -112,13 +125,18 @@ class Records:
         with self._engine.connect() as connection:
             yield from map(utc, connection.execution_options(yield_per=5000).execute(query).scalars())
 
-    def read(self, batch: str | None = None) -> Iterator[MotorRecord]:
-        """Give the records in the order in which they were kept, a few at a time; what is added meanwhile may be among them."""
+    def read(self, batch: str | None = None, narrowed: ColumnElement[bool] | None = None) -> Iterator[MotorRecord]:
+        """Give the records in the order in which they were kept, a few at a time; what is added meanwhile may be among them.
+
+        `narrowed` is a condition on their rows.
+        """
         last = 0
         while True:
             query = select(MOTOR).where(MOTOR.c.id > last).order_by(MOTOR.c.id).limit(_AT_ONCE)
             if batch is not None:
                 query = query.where(MOTOR.c.batch == batch)
+            if narrowed is not None:
+                query = query.where(narrowed)
             with self._engine.connect() as connection:
                 rows = connection.execute(query).mappings().all()
                 records = _restored(connection, rows)

@@ -128,7 +128,7 @@ def not_in_order(connection: Connection, selection: Selection, told_apart: Colle
     is null for those that are not kept here.
     """
     table, fields = REPEATED_TEST.c, {**PLACE, "step": step_of_start(connection)}
-    chosen = true() if selection.everything else _of_batches(selection, table)
+    chosen = true() if selection.everything else _is_chosen(selection, table, table.motor)
     kept = select(
         table.motor,
         _KEPT_NUMBER,
@@ -139,7 +139,7 @@ def not_in_order(connection: Connection, selection: Selection, told_apart: Colle
     )
     columns = (
         *(column.label(name) for name, column in _COMMON.items()),
-        (true() if selection.everything else _of_batches(selection, MOTOR.c)).label("chosen"),
+        (true() if selection.everything else _is_chosen(selection, MOTOR.c, MOTOR.c.id)).label("chosen"),
         null().label("attempts"),
         *(fields[name].label(name) for name in told_apart),
     )
@@ -159,7 +159,9 @@ def not_in_order(connection: Connection, selection: Selection, told_apart: Colle
     return kept.union_all(read).subquery("tests")
 
 
-def _of_batches(selection: Selection, columns: Any) -> Any:
+def _is_chosen(selection: Selection, columns: Any, motor: Any) -> Any:
+    if selection.narrowed is not None:
+        return motor.in_(selection.keys())
     return and_(columns.batch.in_(selection.batches), columns.model == selection.model)
 
 

@@ -20,7 +20,8 @@ class Selection:
 
     `stretches` are the ranges of keys that hold them, `exact` tells that these hold nothing else. `golden` are serial numbers
     of motors that are measured to watch the station; they count in nothing here. Of all keys, `summed` are the stretches that were
-    summed up; `whole` those of them whose motors of the type are all chosen.
+    summed up; `whole` those of them whose motors of the type are all chosen. Where not all records of these batches are wanted,
+    `narrowed` is the condition on their rows, and no sums can serve.
     """
 
     batches: tuple[str, ...]
@@ -33,6 +34,7 @@ class Selection:
     golden: tuple[str, ...]
     summed: tuple[Stretch, ...]
     whole: tuple[Stretch, ...]
+    narrowed: ColumnElement[bool] | None = None
 
     @property
     def count(self) -> int:
@@ -51,11 +53,15 @@ class Selection:
         if not self.everything:
             conditions.append(or_(*(key.between(first, last) for first, last in self.stretches)))
             if not self.exact:
-                chosen = select(MOTOR.c.id).where(MOTOR.c.batch.in_(self.batches), MOTOR.c.model == self.model)
-                conditions.append(key.in_(chosen))
+                conditions.append(key.in_(self.keys()))
         if self.golden:
             conditions.append(not_(key.in_(golden_keys(self.golden))))
         return and_(true(), *conditions)
+
+    def keys(self) -> Select[int]:
+        """Return the query for the keys of what was chosen, golden motors' among them."""
+        chosen = select(MOTOR.c.id).where(MOTOR.c.batch.in_(self.batches), MOTOR.c.model == self.model)
+        return chosen if self.narrowed is None else chosen.where(self.narrowed)
 
 
 def golden_keys(serial_numbers: Sequence[str]) -> Select[int]:
@@ -85,13 +91,19 @@ def kept_batches(connection: Connection) -> list[tuple[str, str]]:
     return [(row.batch, row.model) for row in connection.execute(query)]
 
 
-def choose(connection: Connection, batches: Sequence[str], model: str = "", golden: Sequence[str] = ()) -> Selection:
-    """Return the records of batches, of all where none is named.
+def choose(
+    connection: Connection,
+    batches: Sequence[str],
+    model: str = "",
+    golden: Sequence[str] = (),
+    narrowed: ColumnElement[bool] | None = None,
+) -> Selection:
+    """Return the records of batches, of all where none is named; `narrowed` is a condition on their rows.
 
     Raises InputError for a batch that has none, and where they are of several types and no `model` is named.
     """
-    summed = summed_stretches(connection)
-    rows = _counted(connection, summed, batches)
+    summed = summed_stretches(connection) if narrowed is None else ()
+    rows = _counted(connection, summed, batches, narrowed)
     missing = [name for name in batches if name not in {row.batch for row in rows}]
     if missing or not rows:
         raise UsageError(_nothing(connection, missing))
@@ -116,7 +128,7 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
     )
     stretches = joined([(first, last) for first, last, _ in ranges])
     total = sum(row[4] for row in chosen)
-    everything = not batches and len(models) == 1
+    everything = not batches and len(models) == 1 and narrowed is None
     verdicts = {
         verdict: sum(row[4] for row in chosen if row.verdict == verdict.value) for verdict in Verdict.of_motors()
     }
@@ -126,6 +138,7 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
         away = connection.execute(
             select(MOTOR.c.verdict, MOTOR.c.first_pass, func.count())
             .where(MOTOR.c.serial_number.in_(golden), MOTOR.c.batch.in_(names), MOTOR.c.model == chosen[0].model)
+            .where(true() if narrowed is None else narrowed)
             .group_by(MOTOR.c.verdict, MOTOR.c.first_pass)
         ).all()
         for row in away:
@@ -142,11 +155,15 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
         golden=tuple(golden),
         summed=summed,
         whole=_whole(connection, summed, batches, chosen[0].model),
+        narrowed=narrowed,
     )
 
 
 def _counted(
-    connection: Connection, summed: Sequence[Stretch], batches: Sequence[str]
+    connection: Connection,
+    summed: Sequence[Stretch],
+    batches: Sequence[str],
+    narrowed: ColumnElement[bool] | None,
 ) -> Sequence[Row[str, str, str, bool, int, int, int]]:
     """Count motors by batch, type, verdict and whether they passed at once, with the least and the greatest key of each."""
     columns = (MOTOR.c.batch, MOTOR.c.model, MOTOR.c.verdict, MOTOR.c.first_pass)
@@ -154,6 +171,8 @@ def _counted(
     query = select(*columns, *keys).group_by(*columns)
     if batches:
         query = query.where(MOTOR.c.batch.in_(batches))
+    if narrowed is not None:
+        query = query.where(narrowed)
     if not summed:
         return connection.execute(query).all()
     sums = select(*(column for column in SUMMED_MOTORS.columns if column.name != "first"))

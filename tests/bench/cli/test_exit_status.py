@@ -1,5 +1,6 @@
 """One rule of exit statuses for all commands (docs/reference/commands.rst): one case of each typed."""
 
+import io
 import re
 import shlex
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 from bench.cli.main import make_app
 from tests.command_line import Call
 
+EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "eol"
 #: What is wrong with what was typed, or with a file that it names; nothing is begun. {bad} is no file of any kind, {other} a TOML file of
 #: something else, {none} is not there, {empty} an empty folder.
 WRONG = (
@@ -67,6 +69,7 @@ WRONG = (
     "eol restore {bad}",
     "eol retain {other}",
     "eol pack B --runs {none}",
+    "eol close B --runs {none}",
     "eol motors --records {none}",
     "eol plan {empty} --output x.toml",
     "eol migrate --records {bad}",
@@ -117,3 +120,16 @@ def test_what_was_begun_and_failed_is_one(call: Call, tmp_path: Path, typed: str
     )
     code, _, err = call(*(word.format(silent=silent) for word in shlex.split(typed)))
     assert code == 1, err
+
+
+def test_a_hyphen_names_the_input_and_another_option_is_no_value(
+    call: Call, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """As the guide has it: `--serials -`."""
+    typed = ("eol", "run", str(EXAMPLE / "plan.toml"), "--station", "virtual", "--runs", str(tmp_path / "runs"))
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n"))
+    code, _, err = call(*typed, "--records", str(tmp_path / "records.sqlite"), "--serials", "-")
+    assert code == 2
+    assert "no serial number came before the end of the input" in err
+    code, _, err = call(*typed, "--serials", "--again")
+    assert (code, err) == (2, "motorbench: --serials needs a value.\n")

@@ -66,7 +66,16 @@ INPUTS = {
     "analyze efficiency": ["FILE"],
 }
 #: These take no file that has to be there.
-NONE = {"station new", "results list", "results schema", "eol schema", "eol pack", "eol forward", "user add"}
+NONE = {
+    "station new",
+    "results list",
+    "results schema",
+    "eol schema",
+    "eol pack",
+    "eol close",
+    "eol forward",
+    "user add",
+}
 
 
 def commands(app: App, *before: str) -> set[str]:

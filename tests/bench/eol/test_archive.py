@@ -232,6 +232,35 @@ def test_a_clock_that_is_wrong_removes_hardly_too_early(
     assert days_later(call, monkeypatch, rule, 60, "--clock-is-right") == (18, 0)
 
 
+@pytest.mark.parametrize("every", [7, 30])
+def test_a_line_that_works_seldom_keeps_runs_for_the_days_of_its_rule(
+    call: Call, records: Records, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, every: int
+) -> None:
+    """A pause that is usual there counts whole; a wrong clock costs one such pause."""
+    rule = tmp_path / "rule.toml"
+    rule.write_text("[runs]\nfailed = 100\n")
+    for number in range(1, 15):
+        folder = tmp_path / "runs" / "B1" / "000" / f"{number:06d}-P"
+        folder.mkdir(parents=True)
+        records.save(motor_record(number, run=str(folder), ended=NOON + timedelta(days=every * (number - 14))))
+    old = sum(every * (14 - number) >= 100 for number in range(1, 15))
+    assert days_later(call, monkeypatch, rule, 0, "--dry-run") == (old, 0)
+    ahead = sum(every * (15 - number) >= 100 for number in range(1, 15))
+    assert days_later(call, monkeypatch, rule, 400, "--dry-run") == (ahead, 14 - ahead)
+
+
+def test_a_rule_without_days_says_how_one_is_written(
+    reference: str, batches: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rule = tmp_path / "rule.toml"
+    rule.write_text("[runs]\n")
+    code, said, err = called(capsys, "eol", "retain", str(rule), "--records", reference, "--runs", str(batches))
+    assert (code, said) == (0, "")
+    assert (
+        "this rule removes nothing, because it names no days. Write for example [runs] and below it passed = 730" in err
+    )
+
+
 def test_a_rule_finds_runs_from_any_folder_and_leaves_another_station_s(
     call: Call, batches: Path, records: Records, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -140,8 +140,9 @@ def test_wiring_is_put_right_or_given_up() -> None:
     mend = Mend(
         text("B (green) is open: the wire is off, or its phase is broken"), tuple(ALIGN_D.lines({"B": "green"}))
     )
-    operator, said = typing(["", "n"])
+    operator, said = typing(["P-0007", "", "n"])
     assert operator.perform(mend) is True
+    assert "'P-0007' is no answer here" in said.getvalue(), "a scanner's line has nothing measured again"
     assert "Correct the wiring: B (green) is open" in said.getvalue()
     assert "B (green) → supply, minus" in said.getvalue()
     assert operator.perform(mend) is False

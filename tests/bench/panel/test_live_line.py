@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from bench.eol.line.admission.serial_numbers import QueuedSerials
-from bench.eol.line.batch_log import BatchLog, BatchMotor, broken_off
+from bench.eol.line.batch_log import BatchLog, BatchMotor, broken_off, close_batch
 from bench.eol.line.panel_channel import WATCHED, PanelChannel
+from bench.i18n.errors import InputError
 from bench.panel.live.live_line import LiveLine
 from tests.bench.eol.motor_records import motor_record
 
@@ -77,6 +78,15 @@ def test_a_batch_that_is_killed_between_two_motors_is_broken_off_until_it_is_beg
                     await asyncio.sleep(0.01)
                 assert [each.folder.name for each in line.broken_off] == ["B1"]
                 assert broken_off(tmp_path / "B1")
+                with (
+                    pytest.raises(InputError, match="another process is measuring"),
+                    closing(BatchLog(tmp_path / "B1", {})),
+                ):
+                    close_batch(tmp_path / "B1", "王工")
+                close_batch(tmp_path / "B1", "王工")
+                assert not broken_off(tmp_path / "B1")
+                assert not line.broken_off
+                (tmp_path / "B1" / WATCHED).write_bytes(announced)
                 with closing(PanelChannel("B1", "Pump", ["1"], QueuedSerials())) as again:
                     again.open(tmp_path / "B1", lambda _person: None, lambda _serial, _person: None)
                     while not line.running:

@@ -340,20 +340,28 @@ def test_records_go_to_the_named_outputs(call: Call, tmp_path: Path) -> None:
     assert "plugins.records: 'no-such': known are: json-lines" in err
 
 
-def test_an_output_that_fails_or_hangs_is_named_and_holds_up_no_other(tmp_path: Path) -> None:
+def test_an_output_that_fails_or_hangs_is_named_and_holds_up_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     taken: list[Any] = []
     said: list[str] = []
-    released = threading.Event()
+    released, hanging = threading.Event(), threading.Event()
 
     def fails(record: Mapping[str, Any], folder: Path) -> None:
         raise OSError("no route")
 
     def hangs(record: Mapping[str, Any], folder: Path) -> None:
+        hanging.set()
         released.wait(60.0)
 
+    def leaves(record: Mapping[str, Any], folder: Path) -> None:
+        raise SystemExit(3)
+
+    monkeypatch.setattr("bench.plugins.records.HANGS", 0.0)
     outputs = RecordOutputs(
         [
             RecordOutput("fails", fails),
+            RecordOutput("leaves", leaves),
             RecordOutput("hangs", hangs),
             RecordOutput("takes", lambda r, _: taken.append(r)),
         ],
@@ -363,10 +371,14 @@ def test_an_output_that_fails_or_hangs_is_named_and_holds_up_no_other(tmp_path: 
     records = [{"serial_number": "A1"}, {"serial_number": "A2"}]
     for record in records:
         outputs.hand(record)
+        assert hanging.wait(10.0)
+    outputs.hand(records[-1])
     outputs.close(patience=0.1)
     released.set()
-    assert taken == records
+    assert taken == [*records, records[-1]]
+    assert sum("output hangs has not taken the record of A1 for 0 s" in line for line in said) == 1
+    assert sum("output leaves did not take the record of A1: SystemExit: 3" in line for line in said) == 1
     assert [line for line in said if "fails" in line] == [
-        f"output fails did not take the record of {name}: OSError: no route" for name in ("A1", "A2")
+        f"output fails did not take the record of {name}: OSError: no route" for name in ("A1", "A2", "A2")
     ]
-    assert any(line.startswith("output hangs: records that were not taken in time: 2") for line in said)
+    assert any(line.startswith("output hangs: records that were not taken in time: 3") for line in said)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Protocol, TypeVar
 
-from bench.eol.admission_rule import AdmittedTest, RefusedTest, decide, under_test
+from bench.eol.admission_rule import AdmittedTest, RefusedTest, decide, in_other_capitals_tested, under_test
 from bench.eol.plan_file import RetestSection
 from bench.eol.serial_number import spelled
 from bench.eol.store.claims import SerialClaim
@@ -39,7 +39,7 @@ class AdmissionDesk:
     """Decides for one batch of a station; `person` answers for motors that the plan's rule refuses, empty where nobody does.
 
     `check` refuses what is no serial number of the plan (InputError), `identifier` gives a motor's record's; `trouble` is called
-    with what could not be looked up.
+    with what could not be looked up. With `spelling_stated` the plan itself says which serial numbers it takes, capitals and all.
     """
 
     register: ClaimRegister
@@ -51,6 +51,7 @@ class AdmissionDesk:
     model: str
     rule: RetestSection = field(default_factory=RetestSection)
     person: str = ""
+    spelling_stated: bool = False
     _permitted: dict[str, str] = field(default_factory=dict)
     _reported: str = ""
 
@@ -77,16 +78,35 @@ class AdmissionDesk:
         here = _asked(lambda: self.register.tests_here(serial_number), none, faults)
         elsewhere = _asked(lambda: self.register.tests_elsewhere(serial_number), none, faults)
         unknown = self._unknown(serial_number, faults)
-        decision = unknown or decide(serial_number, self.model, in_order([*here, *elsewhere]), self.rule, person)
+        known = in_order([*here, *elsewhere])
+        earlier = [test for test in known if test.is_of(serial_number)]
+        decision = unknown or decide(serial_number, self.model, earlier, self.rule, person)
+        if not earlier and known and isinstance(decision, AdmittedTest):
+            decision = self._beside_another(serial_number, known, decision, person)
         if isinstance(decision, RefusedTest):
             _asked(lambda: self.register.release(claim), None, [])
-            earlier = in_order([*here, *elsewhere])
             own = [test for test in earlier if test.identifier == self.identifier(test.number)]
             decision = replace(decision, judged=any(test.verdict in (Verdict.PASS, Verdict.FAIL) for test in own))
             if not own and earlier and earlier[-1].batch == self.batch:
                 other = text("this batch {batch} is another one of the same name", batch=self.batch)
                 decision = replace(decision, why=lines((decision.why, other), between="; "))
         return decision
+
+    def _beside_another(
+        self, serial_number: str, other: Sequence[EarlierTest], decision: AdmittedTest, person: str
+    ) -> AdmittedTest | RefusedTest:
+        """Refuse a motor that is probably a tested one, scanned with Caps Lock on, unless a plan's pattern or a person takes it."""
+        words = in_other_capitals_tested(serial_number, other)
+        if self.spelling_stated:
+            self.trouble(words)
+            return decision
+        if person:
+            return replace(decision, again_by=person)
+        how = text(
+            "if it is another motor, a person must take the responsibility (--again --person NAME), or the plan must state which serial "
+            "numbers it takes (serial_pattern)"
+        )
+        return RefusedTest(lines((words, how), between="; "), by_person=True)
 
     def _unknown(self, serial_number: str, faults: Sequence[StoreError]) -> RefusedTest | None:
         """Say what could not be looked up, and refuse the motor where the plan has it so."""

@@ -109,7 +109,7 @@ class Admission:
     def _look(self) -> str | None:
         """Return the next serial number and leave it there."""
         while self._next is None and (taken := self._serials.take()) is not None:
-            serial_number = spelled(taken)
+            serial_number = self.gate.as_listed(spelled(taken))
             if serial_number not in self._passed_over:
                 self._next = serial_number
         return self._next

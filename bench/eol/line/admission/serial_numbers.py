@@ -100,7 +100,7 @@ def _serials_in(stream: IO[str]) -> Generator[str]:
         while len(rest) == _LONGEST and not rest.endswith("\n"):
             # The end of a line that is too long is no serial number of its own.
             rest = stream.readline(_LONGEST)
-        if serial := line.strip(" \r\n"):
+        if serial := line.strip():
             yield serial
 
 

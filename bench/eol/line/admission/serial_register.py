@@ -9,7 +9,7 @@ from typing import Any, TypeVar, cast
 from sqlalchemy import Engine
 
 from bench.eol.record import MotorRecord
-from bench.eol.serial_number import spelled
+from bench.eol.serial_number import in_other_capitals, spelled
 from bench.eol.store.claims import STALE, STALE_BY_PERSON, SerialClaim, claim_serial, release_serial
 from bench.eol.store.database import open_database
 from bench.eol.store.earlier_tests import EarlierTest, earlier_test_of, earlier_tests, in_order, latest_of_plan
@@ -72,9 +72,8 @@ class SerialRegister:
         """Return the tests of a serial number that this station's records have, in order. Raises StoreError."""
 
         def tests(engine: Engine) -> list[EarlierTest]:
-            spooled = [
-                earlier_test_of(each) for each in self._spooled() if spelled(each.serial_number) == serial_number
-            ]
+            looked_for = {serial_number, *in_other_capitals(serial_number)}
+            spooled = [earlier_test_of(each) for each in self._spooled() if spelled(each.serial_number) in looked_for]
             return in_order([*earlier_tests(engine, serial_number), *spooled])
 
         return self._ask("own", tests)

@@ -88,11 +88,15 @@ class TimeReached:
 
 @dataclass(frozen=True)
 class MotorDone:
-    """A motor's run has ended at this time (s); its record is not kept yet. `remedy` is what to do where its run could not be written."""
+    """A motor's run has ended at this time (s); its record is not kept yet. `remedy` is what to do where its run could not be written.
+
+    `left_on` is what could not be switched off, or verified to be.
+    """
 
     record: MotorRecord
     time: float
     remedy: Text | None = None
+    left_on: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -210,7 +210,9 @@ class Worker:
         finally:
             self._testing = False
         record = record_of(test, batch, self._setup.name)
-        return MotorDone(record, task.at + record.bench_time, test.unwritten.remedy if test.unwritten else None)
+        remedy = test.unwritten.remedy if test.unwritten else None
+        left_on = test.finished.left_on if test.finished else ()
+        return MotorDone(record, task.at + record.bench_time, remedy, left_on)
 
     def _stuck(self) -> bool:
         return self._testing and self._interrupts.delays().get("started_after", 0.0) > self._overdue

@@ -8,8 +8,7 @@ from pathlib import Path
 from nicegui import run as background
 from nicegui import ui
 
-from bench.eol.line.batch_log import FILE as BATCH
-from bench.eol.line.batch_log import broken_off
+from bench.eol.line.batch_log import batches_broken_off
 from bench.eol.plan_name import plan_name
 from bench.i18n.errors import InputError
 from bench.panel.child_command import child_command
@@ -22,6 +21,8 @@ from bench.station.station_file import VIRTUAL
 from drivers.interfaces.text import Text, text, text_of
 
 _SOCKETS = 4
+#: So many batches that were broken off are named, those that were written last.
+_BROKEN_OFF = 3
 
 
 @dataclass(frozen=True)
@@ -79,12 +80,18 @@ class LineStart:
         usable = [each.path for each in offered if each.usable]
         if self._chosen not in usable:
             self._chosen = usable[0] if len(usable) == 1 else None
-        broken_off = await background.io_bound(_broken_off, self._panel.runs) or []
+        broken_off = await background.io_bound(batches_broken_off, self._panel.runs) or []
         self._broken_off.set_visibility(bool(broken_off))
         words = text(
             "Broken off and not begun again: batch {names}. With its plan and its name a batch goes on.",
-            names=broken_off,
+            names=broken_off[:_BROKEN_OFF],
         )
+        if (more := len(broken_off) - _BROKEN_OFF) > 0:
+            words = text(
+                "{words} Earlier ones, not named here: {count}. motorbench eol close lists and closes them.",
+                words=words,
+                count=more,
+            )
         self._broken_off.set_text(self._reader.say(words))
         self._plans.clear()
         self._cards.clear()
@@ -196,10 +203,6 @@ class TextButton(ui.element):
 def _offered(folder: Path) -> list[_Offered]:
     """Return the plans of a folder with what is in them. Reads files: not for an event loop."""
     return [_about(path) for path in sorted(folder.glob("*.toml")) if _is_plan(path)]
-
-
-def _broken_off(runs: Path) -> list[str]:
-    return sorted(path.parent.name for path in runs.glob(f"*/{BATCH}") if broken_off(path.parent))
 
 
 def _about(path: Path) -> _Offered:

@@ -101,6 +101,8 @@ class _Statistics:
         words = "" if statistics is None else say(_selected(statistics))
         if statistics is not None and view.choice.batch and broken_off(self._panel.runs / view.choice.batch):
             words += f"\n{say(text('This batch was broken off and not begun again: with its plan and its name it goes on.'))}"
+        if statistics is not None and statistics.joined is not None:
+            words += f"\n{say(statistics.joined)}"
         self._status.set_text(words)
         self._fault.set_text("" if view.fault is None else say(view.fault))
         # That nobody has measured yet is no fault.

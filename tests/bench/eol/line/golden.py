@@ -1,10 +1,11 @@
 """Gates of golden motors with a history that no records hold."""
 
 from collections.abc import Callable, Mapping, Sequence
-from datetime import date, datetime
+from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
-from bench.eol.line.admission.golden_gate import GoldenGate, wall_time
+from bench.eol.line.admission.golden_gate import GoldenGate
+from bench.eol.line.wall_clock import WallClock
 from bench.eol.plan import load_plan
 from tests.bench.eol.line.conftest import MOTOR, PLAN
 
@@ -24,18 +25,31 @@ class NoGoldenTests:
         return self.figures
 
 
+class SetClock(WallClock):
+    """A clock that a test sets: by a time alone it goes as it should; `running` has it set to that time while less has passed."""
+
+    def __init__(self, now: Callable[[], datetime], running: Callable[[], timedelta] | None = None) -> None:
+        self._told, self._ran = now, running
+
+    def now(self) -> datetime:
+        return self._told()
+
+    def running(self) -> timedelta:
+        return self._ran() if self._ran else self._told() - datetime(2000, 1, 1, tzinfo=UTC)
+
+
 def gate_of(
     folder: Path,
     table: str,
     sockets: Sequence[str],
     tests: NoGoldenTests | None = None,
-    now: Callable[[], datetime] = wall_time,
+    clock: WallClock | None = None,
 ) -> GoldenGate:
     """A gate by the small plan with a table of its own."""
     (folder / "motor.toml").write_bytes(MOTOR.read_bytes())
     path = folder / "gate.toml"
     path.write_text(PLAN.replace('"small"', '"gate"') + table, encoding="utf-8")
-    return GoldenGate(load_plan(path), {}, sockets, tests or NoGoldenTests(), now)
+    return GoldenGate(load_plan(path), {}, sockets, tests or NoGoldenTests(), clock)
 
 
 def open_gate(folder: Path) -> GoldenGate:

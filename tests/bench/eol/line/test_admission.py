@@ -18,6 +18,7 @@ from bench.eol.admission_rule import AdmittedTest, RefusedTest
 from bench.eol.line.admission.admission_desk import AdmissionDesk
 from bench.eol.line.record_writer import RecordWriter, open_record_writer
 from bench.eol.plan_file import RetestSection
+from bench.eol.serial_number import spelled
 from bench.eol.store.faults import StoreError
 from bench.eol.store.waiting import ForwardingProblem, Waiting
 from bench.eol.verdict import Verdict
@@ -117,6 +118,31 @@ def test_what_one_station_found_the_other_knows(make_station: Callable[..., Stat
     east.done("A1", Verdict.PASS, 2)
     assert isinstance(west.admit("A1", 2), RefusedTest)
     assert isinstance(west.admit("A1", 3), RefusedTest), "a permission is for one test"
+
+
+def test_a_motor_scanned_in_other_capitals_is_not_tested_as_new(
+    make_station: Callable[..., Station], server: str
+) -> None:
+    """A scanner with Caps Lock on sends a1 for A1: it had failed, and would pass as another one."""
+    east, west = make_station("east", server), make_station("west", server)
+    assert east.admit("A1") == AdmittedTest(1)
+    east.done("A1", Verdict.FAIL)
+    for station, other in ((west, "a1"), (east, "ａ１")):
+        refused = station.desk.admit(spelled(other), 2, "1")
+        assert isinstance(refused, RefusedTest)
+        assert refused.by_person
+        assert "serial number a1 differs from A1 in capitals only, and would be another motor" in str(refused.why)
+        assert "serial number A1 was tested before: fail at station east" in str(refused.why)
+    west.desk.permit("a1", "Wang")
+    assert west.admit("a1", 3) == AdmittedTest(1, "Wang"), "another motor: a person says so"
+    west.done("a1", Verdict.PASS, 3)
+    assert isinstance(west.admit("A1", 4), RefusedTest)
+    assert "tested before: fail" in str(west.admit("A1", 4).why), "and each has its own tests"
+    assert east.troubles == west.troubles == []
+    east.desk.spelling_stated = True
+    east.done("B1", Verdict.PASS, 5)
+    assert east.admit("b1", 6) == AdmittedTest(1), "the plan's pattern takes both"
+    assert "serial number b1 differs from B1 in capitals only" in east.troubles[0]
 
 
 def test_a_server_that_is_away_holds_nothing_up_and_is_told_of_once(make_station: Callable[..., Station]) -> None:

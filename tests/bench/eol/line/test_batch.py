@@ -24,6 +24,8 @@ from bench.eol.plan_file import RetestSection
 from bench.eol.store.database import open_database
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError, UsageError
+from bench.journal.events.safety import GuardianShutdownDone
+from bench.journal.guardian_record import GuardianRecord
 from bench.journal.run_folder import RunFolder
 from bench.journal.verification import Integrity as Untouched
 from bench.journal.verify import verify
@@ -264,8 +266,15 @@ def test_a_motor_that_was_cut_off_comes_again_though_another_station_s_batch_of_
         file.write('{"number": 2, "serial_number": "A2", "socket": "1"}\n')
     other.run("B1\nB2\n", motors=None, sockets=1, records=one.request.records)
     one.listener.records.clear()
+    folder = one.request.runs / "small" / "000" / "000002-A2"
+    folder.mkdir()
+    guardian = GuardianRecord(folder)
+    guardian.record(GuardianShutdownDone(seconds=1.0, failed=["supply could not be made safe (output_off): no reply"]))
+    assert guardian.close()
     one.run("", motors=None, sockets=1)
     assert [(record.number, record.serial_number) for record in one.listener.records] == [(2, "A2")]
+    said = "when this batch was cut off at A2, supply could not be made safe (output_off): no reply. It may still be on"
+    assert [words.startswith(said) for words in one.listener.troubles].count(True) == 1
 
 
 def test_what_another_batch_of_the_name_tested_is_not_tested_in_this_one(make_bench: Callable[[str], Any]) -> None:

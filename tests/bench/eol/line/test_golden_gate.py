@@ -1,6 +1,7 @@
 """Golden motors at the start of a shift and every few hours, limits from their history, warm-up."""
 
 import math
+import time
 from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -23,7 +24,7 @@ from bench.eol.store.golden_tests import GoldenTests, last_test_ended
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
-from tests.bench.eol.line.golden import NoGoldenTests, gate_of, open_gate
+from tests.bench.eol.line.golden import NoGoldenTests, SetClock, gate_of, open_gate
 from tests.bench.eol.motor_records import motor_record
 
 MORNING = datetime(2026, 11, 24, 5, 30).astimezone()
@@ -32,7 +33,7 @@ TABLE = '\n[golden_test]\nserial_numbers = ["G-1", "G-2"]\nevery = 4.0\n'
 
 def test_one_is_due_until_it_has_passed_and_again_after_some_hours(tmp_path: Path) -> None:
     now = MORNING
-    gate = gate_of(tmp_path, TABLE, ["1", "2"], NoGoldenTests({"2": MORNING}), lambda: now)
+    gate = gate_of(tmp_path, TABLE, ["1", "2"], NoGoldenTests({"2": MORNING}), SetClock(lambda: now))
     assert "no golden motor has passed there" in str(gate.due("1"))
     assert gate.due("2") is None
     gate.done(motor_record(socket="1", golden=True, verdict=Verdict.PASS, ended=now))
@@ -47,7 +48,7 @@ def test_one_is_due_until_it_has_passed_and_again_after_some_hours(tmp_path: Pat
 def test_one_is_due_when_a_shift_begins(tmp_path: Path) -> None:
     now = MORNING
     table = f"{TABLE}shifts = [06:00:00, 22:00:00]\n"
-    gate = gate_of(tmp_path, table, ["1"], NoGoldenTests({"1": MORNING - timedelta(minutes=5)}), lambda: now)
+    gate = gate_of(tmp_path, table, ["1"], NoGoldenTests({"1": MORNING - timedelta(minutes=5)}), SetClock(lambda: now))
     assert gate.due("1") is None
     now += timedelta(minutes=31)
     assert "the shift began at 06:00" in str(gate.due("1"))
@@ -173,7 +174,7 @@ def test_golden_motors_come_first_and_count_in_no_yield(bench: Any) -> None:
     assert [record.serial_number for record in bench.listener.records] == ["A1"], "they passed a moment ago"
     plan.write_text(plan.read_text(encoding="utf-8").replace('"G-1", "G-2"', '"G-9"').replace('"small"', '"other"'))
     bench.listener.records.clear()
-    counts, _ = bench.run("B1\nG-9\nG-9\nB2\n", motors=None, sockets=1)
+    counts, _ = bench.run("B1\nG-9\ng-9\nB2\n", motors=None, sockets=1)
     assert [record.serial_number for record in bench.listener.records] == ["G-9", "G-9", "B2"]
     assert "a golden motor (G-9) is due at socket 1" in str(bench.listener.refusals[0].why)
 
@@ -182,7 +183,7 @@ def test_a_line_that_was_idle_warms_up_and_a_virtual_one_is_warm(bench: Any) -> 
     now = datetime(2026, 11, 24, 6, tzinfo=UTC)
     virtual = load_line("virtual", 1)
     line = replace(virtual, warm_up=1200.0, cold_after=4.0)
-    assert WarmUp(line, None, lambda: now).until is None
+    assert WarmUp(line, None, SetClock(lambda: now)).until is None
     station = bench.folder / "station.toml"
     station.write_text(
         '[station]\nname = "s"\n[line]\nwarm_up = 1200.0\n[instruments.lcr_meter]\ndriver = "keysight-e4980a"\n'
@@ -190,19 +191,28 @@ def test_a_line_that_was_idle_warms_up_and_a_virtual_one_is_warm(bench: Any) -> 
         encoding="utf-8",
     )
     real = load_line(str(station), None)
-    assert WarmUp(real, now - timedelta(hours=3), lambda: now).until is None
-    cold = WarmUp(real, now - timedelta(hours=5), lambda: now)
+    assert WarmUp(real, now - timedelta(hours=3), SetClock(lambda: now)).until is None
+    cold = WarmUp(real, now - timedelta(hours=5), SetClock(lambda: now))
     assert cold.waits
     assert "--warm --person NAME" in str(cold.words)
     now += timedelta(seconds=1200)
     assert not cold.waits
-    ahead = WarmUp(real, now + timedelta(days=400), lambda: now)
+    running = timedelta(hours=1)
+    set_meanwhile = WarmUp(real, None, SetClock(lambda: now, lambda: running))
+    now -= timedelta(days=300)
+    running += timedelta(seconds=1199)
+    assert set_meanwhile.waits
+    running += timedelta(seconds=1)
+    assert not set_meanwhile.waits, "a clock that is put back meanwhile keeps no line waiting for a year"
+    now += timedelta(days=600)
+    assert WarmUp(real, None, SetClock(lambda: now, lambda: running)).waits
+    ahead = WarmUp(real, now + timedelta(days=400), SetClock(lambda: now))
     assert ahead.waits, "the clock was put back: nobody knows when that was"
 
 
 def test_a_clock_that_was_put_back_leaves_no_gate_open(tmp_path: Path) -> None:
     now = MORNING
-    gate = gate_of(tmp_path, TABLE, ["1"], NoGoldenTests({"1": MORNING}), lambda: now)
+    gate = gate_of(tmp_path, TABLE, ["1"], NoGoldenTests({"1": MORNING}), SetClock(lambda: now))
     now = MORNING - timedelta(minutes=2)
     assert gate.due("1") is None, "a clock that is kept right steps a little"
     now = MORNING - timedelta(hours=1)
@@ -226,6 +236,80 @@ def test_a_clock_that_was_put_back_leaves_no_gate_open(tmp_path: Path) -> None:
     assert last_passed(6, later, Verdict.FAIL) is None
     assert last_passed(7, MORNING, Verdict.PASS) is None, "an archive put it back, behind the failure after it"
     assert last_passed(8, later + timedelta(minutes=5), Verdict.PASS) == later + timedelta(minutes=5)
+    engine.dispose()
+
+
+@pytest.mark.parametrize(("step", "said"), [(-3, "put back by 176 min"), (3, "set forward by 184 min")])
+def test_a_clock_that_is_set_during_a_batch_has_a_golden_motor_come(tmp_path: Path, step: int, said: str) -> None:
+    """The pass is not to come by either clock, and the shift and the hours are those of the wrong one."""
+    now, running = MORNING + timedelta(hours=7), timedelta(days=3)
+    table = f"{TABLE.replace('4.0', '24.0')}shifts = [06:00:00]\n"
+    clock = SetClock(lambda: now, lambda: running)
+    gate = gate_of(tmp_path, table, ["1", "2"], NoGoldenTests(dict.fromkeys("12", now - timedelta(hours=5))), clock)
+    assert gate.due("1") is None
+    now, running = now + timedelta(minutes=10), running + timedelta(minutes=6)
+    assert gate.due("1") is None, "a clock that is kept right steps a little"
+    now += timedelta(hours=step)
+    assert said in str(gate.due("1"))
+    gate.done(motor_record(socket="1", golden=True, verdict=Verdict.PASS, ended=now))
+    assert gate.due("1") is None, "one that passes by the clock as it is now opens the line"
+    assert gate.due("2") is not None
+    now -= timedelta(hours=step)
+    assert gate.due("1") is not None
+    assert gate.due("2") is None, "as it stood when one passed there"
+
+
+def test_a_gate_that_a_shift_has_closed_is_not_opened_by_putting_the_clock_back(tmp_path: Path) -> None:
+    now, running = MORNING, timedelta(days=3)
+    clock = SetClock(lambda: now, lambda: running)
+    table = f"{TABLE}shifts = [06:00:00, 22:00:00]\n"
+    gate = gate_of(tmp_path, table, ["1"], NoGoldenTests({"1": MORNING - timedelta(minutes=5)}), clock)
+    now, running = now + timedelta(minutes=31), running + timedelta(minutes=31)
+    assert "the shift began at 06:00" in str(gate.due("1"))
+    now -= timedelta(minutes=9)
+    assert "the clock was put back by 9 min" in str(gate.due("1"))
+
+
+@pytest.mark.parametrize(
+    ("zone", "passed", "open_until", "due_from"),
+    [
+        # Over midnight, in a night shift; and the nights on which the hour from 2 is left out, or comes twice.
+        ("Europe/Berlin", "2026-11-24T20:59:00Z", "2026-11-24T20:59:30Z", "2026-11-24T21:00:00Z"),
+        ("Europe/Berlin", "2026-11-24T21:00:01Z", "2026-11-25T04:59:59Z", "2026-11-25T05:00:00Z"),
+        ("Europe/Berlin", "2026-03-28T21:00:00Z", "2026-03-29T03:59:59Z", "2026-03-29T04:00:00Z"),
+        ("Europe/Berlin", "2026-10-24T20:00:00Z", "2026-10-25T04:59:59Z", "2026-10-25T05:00:00Z"),
+        ("America/New_York", "2026-11-01T02:00:00Z", "2026-11-01T10:59:59Z", "2026-11-01T11:00:00Z"),
+    ],
+)
+def test_a_night_shift_over_midnight_and_the_nights_the_clock_is_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, zone: str, passed: str, open_until: str, due_from: str
+) -> None:
+    with monkeypatch.context() as here:
+        here.setenv("TZ", zone)
+        time.tzset()
+        now = datetime.fromisoformat(passed)
+        table = f"{TABLE.replace('4.0', '24.0')}shifts = [06:00:00, 14:00:00, 22:00:00]\n"
+        gate = gate_of(tmp_path, table, ["1"], NoGoldenTests({"1": now}), SetClock(lambda: now))
+        now = datetime.fromisoformat(open_until)
+        assert gate.due("1") is None
+        now = datetime.fromisoformat(due_from)
+        assert "the shift began at" in str(gate.due("1"))
+    time.tzset()
+
+
+def test_a_pass_before_the_clock_was_put_back_does_not_open_the_next_batch(tmp_path: Path) -> None:
+    engine = open_database(str(tmp_path / "records.sqlite"))
+    tests, records = GoldenTests(engine, "Pump", "S"), Records(engine)
+    records.save(motor_record(1, golden=True, verdict=Verdict.PASS, started=MORNING, ended=MORNING))
+    noon = MORNING + timedelta(hours=6)
+    records.save(motor_record(2, verdict=Verdict.PASS, started=noon, ended=noon))
+    assert tests.last_passed("1", noon) == MORNING
+    assert tests.last_passed("1", noon - timedelta(hours=1)) is None, "five hours by a clock that was put back"
+    other = motor_record(3, verdict=Verdict.PASS, station="T", started=noon, ended=noon + timedelta(days=1))
+    records.save(other)
+    assert tests.last_passed("1", noon) == MORNING, "another station's clock"
+    records.save(motor_record(4, golden=True, verdict=Verdict.PASS, started=MORNING, ended=MORNING))
+    assert tests.last_passed("1", noon - timedelta(hours=1)) == MORNING, "and it is over with the next one"
     engine.dispose()
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -27,6 +28,7 @@ from bench.safety.ownership.state_folder import state_folder
 from bench.station.station_file import load_station
 from bench.virtual.virtual_station import describe
 from sim_instruments.server.served_bench import ServedBench
+from tests.bench.eol.wire import Wire
 
 PLAN = """
 [plan]
@@ -42,8 +44,13 @@ settings = { levels = 3, settle = 0.03, wiring_settle = 0.03, winding_temperatur
 
 
 @contextmanager
-def served_line(bench: Any) -> Iterator[Callable[[], tuple[Counts, str, dict[str, Any]]]]:
-    """Give what runs two motors on a served virtual bench: counts, why it was stopped, and the bench's truth after it."""
+def served_line(
+    bench: Any, wires: list[Wire] | None = None
+) -> Iterator[Callable[[], tuple[Counts, str, dict[str, Any]]]]:
+    """Give what runs two motors on a served virtual bench: counts, why it was stopped, and the bench's truth after it.
+
+    The supply's wire is put into `wires`, where that is given.
+    """
     (bench.folder / "plan.toml").write_text(PLAN, encoding="utf-8")
     (bench.folder / "serials.txt").write_text("R1\nR2\n", encoding="utf-8")
     station = bench.folder / "station.toml"
@@ -53,6 +60,11 @@ def served_line(bench: Any) -> Iterator[Callable[[], tuple[Counts, str, dict[str
         for entry in described["instruments"].values():
             # The bench is served by this process, which a busy machine may hold up: that is no instrument's silence here.
             entry["reply_time"] = 5.0
+        if wires is not None:
+            supply = described["instruments"]["supply"]
+            name, port = re.findall(r"::(hislip0),(\d+)::", supply["address"])[0]
+            wires.append(Wire("127.0.0.1", int(port)))
+            supply["address"] = f"TCPIP0::127.0.0.1::{name},{wires[0].port}::INSTR"
         station.write_text(toml_text(described), encoding="utf-8")
 
         def run() -> tuple[Counts, str, dict[str, Any]]:
@@ -144,6 +156,29 @@ def test_a_motor_is_done_with_only_after_its_guardian_is(
     ]
     assert datetime.fromisoformat(events[-1]["wall"]) <= lost.ended
     assert measured.started >= lost.ended
+
+
+@pytest.mark.parametrize("killed", [False, True])
+def test_a_socket_whose_supply_could_not_be_switched_off_takes_no_other_motor(bench: Any, killed: bool) -> None:
+    """Its network is unplugged while it feeds: neither the run nor its guardian reaches it, and it stays on."""
+    wires: list[Wire] = []
+
+    def unplug(worker: int) -> None:
+        wires[0].cut()
+        if killed:
+            kill(worker)
+
+    acted = when_energised(bench, unplug)
+    with served_line(bench, wires) as run:
+        counts, _, truth = run()
+        assert acted.is_set()
+        assert truth["output_on"], "otherwise nothing is to be said"
+    (lost,) = bench.listener.records
+    assert (lost.serial_number, lost.verdict, counts.unfinished) == ("R1", Verdict.ERROR, True)
+    (brake,) = counts.brakes
+    assert brake.socket == "1"
+    assert "socket 1 takes no more motors: after R1, supply could not be made safe (output_off)" in str(brake.why)
+    assert "It may still be on: switch it off by hand" in str(brake.why)
 
 
 def test_a_batch_ends_at_the_second_request_although_worker_and_guardian_are_frozen(

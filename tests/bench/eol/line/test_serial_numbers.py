@@ -86,7 +86,7 @@ def test_a_resumed_batch_passes_over_what_it_has(tmp_path: Path, records: Record
 
 
 def test_a_scanner_that_sends_rubbish_does_not_stop_the_line(tmp_path: Path, records: RecordWriter) -> None:
-    result = admitted(tmp_path, "\ufeffA1\r\n\r\nA\x1b2\n A3 \n", records)
+    result = admitted(tmp_path, "\ufeffA1\r\n\r\nA\x1b2\n A3 \t\u3000\u00a0\n\u3000\n", records)
     assert [type(each) for each in result] == [BatchMotor, RefusedSerial, BatchMotor]
     assert result[2] == BatchMotor(2, "A3")
 

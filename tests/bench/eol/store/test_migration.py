@@ -2,8 +2,11 @@
 
 import json
 import os
+import sqlite3
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -229,7 +232,7 @@ def test_tables_that_others_use_are_left_alone(
     assert called(capsys, "eol", "migrate", "--records", reference)[0] == 0
 
 
-def test_a_database_without_records_is_none(reference: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_database_without_records_is_none(reference: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     if "://" not in reference:
         create_engine(database_url(reference)).connect().close()
     code, _, err = called(capsys, "eol", "migrate", "--records", reference)
@@ -237,5 +240,15 @@ def test_a_database_without_records_is_none(reference: str, capsys: pytest.Captu
     assert "there are no records here" in err
     assert called(capsys, "eol", "stats", "--records", reference)[0] == 2
     assert tables_of(reference) == {}
+    empty, another = tmp_path / "empty.sqlite", tmp_path / "another.sqlite"
+    empty.touch()
+    with closing(sqlite3.connect(another)) as connection:
+        connection.execute("CREATE TABLE bought (what TEXT)")
+    for file in (empty, another):
+        before = file.read_bytes()
+        for name in ("migrate", "stats", "motors"):
+            code, _, err = called(capsys, "eol", name, "--records", str(file))
+            assert (code, file.read_bytes()) == (2, before)
+            assert "there are no records here" in err
     with pytest.raises(FileError, match=r"SQLite writes beside the file: give a file in a folder"):
         open_database("/nowhere/records.sqlite")
