@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.analysis.heading_row import heading_of
 from bench.captures.decimal_marks import doubtful_number
 from bench.captures.encoding import decoded
 from bench.captures.signs import plain_signs, without_blanks
@@ -52,8 +53,10 @@ class KnownColumn:
 
 
 #: Headings of a torque and of a speed.
-TORQUE = ("torque", "t", "m")
-SPEED = ("speed", "n", "w", "rpm", "krpm", "1/min", "min-1", "u/min", "r/min", "rad/s")
+TORQUE = ("torque", "t", "m", "outputtorque", "shafttorque", "motortorque")
+SPEED = (
+    "speed", "n", "w", "rpm", "krpm", "1/min", "min-1", "u/min", "r/min", "rad/s", "outputspeed", "shaftspeed", "motorspeed",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -92,14 +95,17 @@ def read_table(
     lines = [line for _, line in numbered]
     if len(lines) < 2:
         raise InputError(at(str(path), text("a heading and rows of numbers are needed")))
-    mark = next((each for each in ("\t", ";", ",") if each in lines[0]), " ")
+    place, mark = heading_of(lines)
+    numbered, lines = numbered[place:], lines[place:]
+    if len(lines) < 2:
+        raise InputError(at(str(path), text("a heading and rows of numbers are needed")))
     rows = list(csv.reader(io.StringIO("\n".join(lines)), delimiter=mark, skipinitialspace=True))
     heading = [cell.strip() for cell in rows[0]]
     below, first = [_Heading("")] * len(heading), 1
     if len(rows[1]) == len(heading):
-        units = [_unit_row(cell) for cell in rows[1]]
-        if all(unit is not None for unit in units):
-            below, first = [unit or _Heading("") for unit in units], 2
+        units = _unit_row(rows[1])
+        if units is not None:
+            below, first = units, 2
     places: dict[str, tuple[int, _Heading]] = {}
     twice: dict[str, int] = {}
     for each in mapped:
@@ -220,13 +226,20 @@ def _split(heading: str, known: Mapping[str, KnownColumn]) -> _Heading:
     return _Heading(bare if any(bare in column.headings for column in known.values()) else name, rms=rms)
 
 
-def _unit_row(cell: str) -> _Heading | None:
-    """Return what a cell in the row of units says: none where it is empty; None where it is no unit."""
-    plain, rms = _without_kind(cell.strip().strip("[]()"))
-    if plain in ("", "-"):
-        return _Heading("")
-    unit = _unit(plain)
-    return None if unit is None else _Heading("", unit[0], unit[1] * (math.sqrt(2.0) if rms else 1.0), rms)
+def _unit_row(cells: Sequence[str]) -> list[_Heading] | None:
+    """Return what the cells of a row below the heading say of units, nothing of one that is not known; None where it is no row of units."""
+    found: list[_Heading | None] = []
+    for cell in cells:
+        plain, rms = _without_kind(cell.strip().strip("[]()"))
+        unit = None if plain in ("", "-") else _unit(plain)
+        if number(plain.replace(",", ".")) is not None:
+            return None
+        factor = math.sqrt(2.0) if rms else 1.0
+        found.append(_Heading("") if plain in ("", "-") else unit and _Heading("", unit[0], unit[1] * factor, rms))
+    named = [each for each in found if each is None or each.unit]
+    if 2 * sum(each is not None for each in named) < len(named) or not any(named):
+        return None if named else [_Heading("")] * len(cells)
+    return [each or _Heading("") for each in found]
 
 
 def _without_kind(words: str) -> tuple[str, bool]:
