@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from bench.analysis.heading_row import heading_of
 from bench.captures.decimal_marks import doubtful_number
 from bench.captures.encoding import decoded
+from bench.captures.no_heading import without_comments
 from bench.captures.signs import plain_signs, without_blanks
 from bench.captures.text import BEYOND, number
 from bench.captures.units import si
@@ -87,11 +88,7 @@ def read_table(
     is left open; UsageError for a mapping that names nothing.
     """
     content = _content(path)
-    numbered = [
-        (place, line)
-        for place, line in enumerate(content.splitlines(), 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    numbered = [(place, line) for place, line in enumerate(without_comments(content.splitlines()), 1) if line.strip()]
     lines = [line for _, line in numbered]
     if len(lines) < 2:
         raise InputError(at(str(path), text("a heading and rows of numbers are needed")))

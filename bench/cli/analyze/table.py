@@ -58,8 +58,8 @@ def table(
     if run is None and motor is None and file.is_file():
         raise UsageError(
             text(
-                "{path}: give --run RUN or --motor FILE, what it is to be compared with. It is no data sheet, which needs neither: fewer than "
-                "two of its rows are a known name, a number and a unit, as 'Torque constant;25.9;mNm/A' is",
+                "{path}: give --run RUN or --motor FILE, what it is to be compared with. It is no data sheet, which needs neither: fewer "
+                "than two of its rows are a known name, a number and a unit, as 'Torque constant;25.9;mNm/A' is",
                 path=str(file),
             )
         )
