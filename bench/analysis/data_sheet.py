@@ -108,6 +108,12 @@ def read_data_sheet(path: Path, content: str) -> DataSheet | None:
         return None
     sheet.figures = list(_figures(stated, sheet))
     sheet.checks = list(_checks(stated))
+    if not sheet.figures and not sheet.checks and not sheet.unread:
+        sheet.unread.append(
+            text(
+                "these rows alone give no figure: add resistance, inductance, torque or speed constant, inertia, or pole pairs"
+            )
+        )
     return sheet
 
 

@@ -158,6 +158,12 @@ def test_a_line_with_two_numbers_and_no_mark_is_not_read(tmp_path, capsys) -> No
     assert ["25.9 mNm/A" in row for row in made["unread"]] == [True]
 
 
+def test_rows_that_give_nothing_say_what_to_add(tmp_path, capsys) -> None:
+    made = read_sheet(capsys, tmp_path / "s.csv", "Nominal voltage,24 V\nStall torque,114 mNm\nStall current,3.74 A\n")
+    assert (made["figures"], made["checks"]) == ([], [])
+    assert "add resistance" in made["unread"][0]
+
+
 def test_what_is_no_data_sheet_is_told_what_one_is(tmp_path) -> None:
     path = tmp_path / "s.csv"
     path.write_text("id (A),Ld (mH)\n0,1.5\n")
