@@ -15,7 +15,9 @@ _LOST = 0.005
 #: A shaft below this share of its top speed stands, or soon will.
 _SLOW = 0.05
 #: A mean below this share of the top speed, before that speed, is of the shaft's start.
-_STARTED = 0.9
+_STARTED = 0.98
+#: The release is in the mean of the top speed or in the next one.
+_BEYOND = 2
 #: So many means from the bend on are left out.
 _BESIDE = 3
 #: So many equal readings at the end, this share of all, below this share of the top speed, are those of a sensor without pulses.
@@ -49,7 +51,7 @@ def release_of(time: FloatArray, speed: FloatArray) -> int:
     if bend is None and not begin:
         return 0
     # What the means around the bend hold belongs to neither.
-    first = max(peak + 1, peak + 1 if bend is None else begin + bend + _BESIDE)
+    first = max(peak + _BEYOND, 0 if bend is None else begin + bend + _BESIDE)
     return int(min(first * block, time.size - 1))
 
 
