@@ -64,8 +64,7 @@ def analyze_back_emf(
         raise CaptureError(
             "connection",
             text(
-                "connection '{connection}' is not known; allowed are 'line', 'phase' (artificial star point) and "
-                "'neutral'",
+                "connection '{connection}' is not known; allowed are 'line', 'phase' (artificial star point), 'neutral' and 'ends'",
                 connection=connection,
             ),
         )
@@ -79,6 +78,7 @@ def analyze_back_emf(
             harmonics=harmonics,
             accuracy=accuracy,
             selection=selection,
+            ends=connection == "ends",
         )
         for group in _by_speed(paths_of(files), speeds)
     ]
@@ -88,7 +88,7 @@ def analyze_back_emf(
     typed = connection is not None
     connection = connection or by_name(first.names) or "line"
     # Of a fundamental between two lines a phase has a √3-th (§3.4.2).
-    factor = 1.0 / math.sqrt(3.0) if connection == "line" else 1.0
+    factor = 1.0 / math.sqrt(3.0) if connection in ("line", "ends") else 1.0
     outcome = AnalysisOutcome("back_emf_constant", "3.4", first.capture, first.applied, translate)
     outcome.assume(PROBES[connection])
     hanging = (_FLUX, *(_MECHANICAL if pole_pairs or speed_rpm is not None else ()))

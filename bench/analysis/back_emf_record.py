@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.analysis.applied import AppliedAccuracy
+from bench.analysis.line_ends import between_ends
 from bench.analysis.outcome import estimated
 from bench.analysis.statements import Statement
 from bench.analysis.steady_part import steady_part
@@ -112,8 +113,12 @@ def read_record(
     harmonics: Sequence[int],
     accuracy: Sequence[Statement],
     selection: CapturePart,
+    ends: bool = False,
 ) -> BackEmfRecord:
-    """Return one record with its estimates. Raises CaptureError naming file and line."""
+    """Return one record with its estimates; of two channels' difference where they are the `ends` of one line.
+
+    Raises CaptureError naming file and line.
+    """
     capture = _coupled(read_captures(files, selection=selection).evenly_sampled().scaled(scale), coupling)
     for channel in capture.channels:
         if channel.unit not in ("V", ""):
@@ -123,6 +128,8 @@ def read_record(
                     "channel {name} is in {unit}; a back-EMF needs voltages only", name=channel.name, unit=channel.unit
                 ),
             )
+    if ends:
+        capture = between_ends(capture)
     part = steady_part(capture.times(), np.vstack([channel.values for channel in capture.channels]))
     if part is not None:
         begin, end, times = part

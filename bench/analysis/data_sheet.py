@@ -1,7 +1,5 @@
 """A motor's data sheet typed as a table of name, value and unit: its figures by each convention that it leaves open; do they agree?"""
 
-import csv
-import io
 import math
 import re
 from collections.abc import Iterator, Sequence
@@ -10,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bench.analysis.published import PublishedFigure
+from bench.analysis.sheet_rows import rows_of
 from bench.captures.decimal_marks import doubtful_number
 from bench.captures.signs import plain_signs, without_blanks
 from bench.captures.units import si
@@ -33,6 +32,8 @@ _NAMES = {
     "no_load_current": (r"no.?load current|leerlaufstrom|空载电流", "A"),
     "voltage": (r"(nominal|rated|supply) voltage|nennspannung|额定电压", "V"),
 }
+#: Names with the same words that are other quantities: of heat, of insulation, and a torque that is borne for ever.
+_OTHER = re.compile(r"therm|heat|insulat|wärme|isolation|热|绝缘|cont\w*\.? stall", re.IGNORECASE)
 _INERTIA = {"kgm2": 1.0, "kgcm2": 1e-4, "kgmm2": 1e-6, "gcm2": 1e-7}
 _LINE = re.compile(
     r"(phase|line|terminal)s?[- ]*(to|-)[- ]*(phase|line|terminal)|terminal|\bl-l\b|\bll\b|anschluss|klemme|phase-phase|线间|端",
@@ -107,17 +108,20 @@ def read_data_sheet(path: Path, content: str) -> DataSheet | None:
         return None
     sheet.figures = list(_figures(stated, sheet))
     sheet.checks = list(_checks(stated))
+    if not sheet.figures and not sheet.checks and not sheet.unread:
+        sheet.unread.append(
+            text(
+                "these rows alone give no figure: add resistance, inductance, torque or speed constant, inertia, or pole pairs"
+            )
+        )
     return sheet
 
 
 def _stated(path: Path, content: str) -> tuple[dict[str, _Stated], DataSheet]:
-    content = plain_signs(content)
-    head = content.lstrip().split("\n", 1)[0]
-    mark = next((each for each in ("\t", ";") if each in head), ",")
+    rows, mark = rows_of(plain_signs(content), lambda row: _kind(row) is not None and _number(row) is not None)
     found: dict[str, _Stated] = {}
     ambiguous: set[str] = set()
     sheet = DataSheet()
-    rows = list(csv.reader(io.StringIO(content), delimiter=mark))
     named = [row for row in rows if _kind(row[:1])]
     doubtful = doubtful_number((cell for row in named for cell in row[1:2]), comma_between=mark == ",")
     if doubtful is not None and len(named) > 1:
@@ -125,9 +129,10 @@ def _stated(path: Path, content: str) -> tuple[dict[str, _Stated], DataSheet]:
     for cells in rows:
         row = [cell.strip() for cell in cells if cell.strip()]
         kind = _kind(row)
-        number = _NUMBER.fullmatch(without_blanks(row[1])) if len(row) > 1 else None
+        number = _number(row)
         if kind is None or number is None or not math.isfinite(float(number[1].replace(",", "."))):
-            if kind is not None:
+            # Without a digit it is the title of a part of the sheet.
+            if kind is not None and (len(row) > 1 or re.search(r"\d", row[0])):
                 sheet.unread.append(text("'{row}': its second cell is no number", row=mark.join(cells)))
             continue
         if kind in found or kind in ambiguous or len(row) > 3 or (number[2] and len(row) > 2):
@@ -156,9 +161,16 @@ def _stated(path: Path, content: str) -> tuple[dict[str, _Stated], DataSheet]:
     return found, sheet
 
 
+def _number(row: Sequence[str]) -> re.Match[str] | None:
+    """Return the number in a row's second cell, and what stands behind it; None where there is none."""
+    return _NUMBER.fullmatch(without_blanks(row[1])) if len(row) > 1 else None
+
+
 def _kind(row: Sequence[str]) -> str | None:
     """Return which quantity a row names in its first cell; None for any other."""
-    return next((k for k, (words, _) in _NAMES.items() if row and re.search(words, row[0], re.IGNORECASE)), None)
+    if not row or _OTHER.search(row[0]):
+        return None
+    return next((k for k, (words, _) in _NAMES.items() if re.search(words, row[0], re.IGNORECASE)), None)
 
 
 def _factor(unit: str, wanted: str) -> float | None:

@@ -11,8 +11,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.analysis.heading_row import heading_of
 from bench.captures.decimal_marks import doubtful_number
 from bench.captures.encoding import decoded
+from bench.captures.no_heading import without_comments
 from bench.captures.signs import plain_signs, without_blanks
 from bench.captures.text import BEYOND, number
 from bench.captures.units import si
@@ -52,8 +54,10 @@ class KnownColumn:
 
 
 #: Headings of a torque and of a speed.
-TORQUE = ("torque", "t", "m")
-SPEED = ("speed", "n", "w", "rpm", "krpm", "1/min", "min-1", "u/min", "r/min", "rad/s")
+TORQUE = ("torque", "t", "m", "outputtorque", "shafttorque", "motortorque")
+SPEED = (
+    "speed", "n", "w", "rpm", "krpm", "1/min", "min-1", "u/min", "r/min", "rad/s", "outputspeed", "shaftspeed", "motorspeed",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -85,12 +89,12 @@ def read_table(
     is left open, or for more than `most` rows; UsageError for a mapping that names nothing.
     """
     content = _content(path)
-    numbered = [
-        (place, line)
-        for place, line in enumerate(content.splitlines(), 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    numbered = [(place, line) for place, line in enumerate(without_comments(content.splitlines()), 1) if line.strip()]
     lines = [line for _, line in numbered]
+    if len(lines) < 2:
+        raise InputError(at(str(path), text("a heading and rows of numbers are needed")))
+    place, mark = heading_of(lines)
+    numbered, lines = numbered[place:], lines[place:]
     if len(lines) < 2:
         raise InputError(at(str(path), text("a heading and rows of numbers are needed")))
     if most is not None and len(lines) - 1 > most:
@@ -100,14 +104,13 @@ def read_table(
                 text("{count} rows; up to {most} are taken, thin the table out", count=len(lines) - 1, most=most),
             )
         )
-    mark = next((each for each in ("\t", ";", ",") if each in lines[0]), " ")
     rows = list(csv.reader(io.StringIO("\n".join(lines)), delimiter=mark, skipinitialspace=True))
     heading = [cell.strip() for cell in rows[0]]
     below, first = [_Heading("")] * len(heading), 1
     if len(rows[1]) == len(heading):
-        units = [_unit_row(cell) for cell in rows[1]]
-        if all(unit is not None for unit in units):
-            below, first = [unit or _Heading("") for unit in units], 2
+        units = _unit_row(rows[1])
+        if units is not None:
+            below, first = units, 2
     places: dict[str, tuple[int, _Heading]] = {}
     twice: dict[str, int] = {}
     for each in mapped:
@@ -228,13 +231,20 @@ def _split(heading: str, known: Mapping[str, KnownColumn]) -> _Heading:
     return _Heading(bare if any(bare in column.headings for column in known.values()) else name, rms=rms)
 
 
-def _unit_row(cell: str) -> _Heading | None:
-    """Return what a cell in the row of units says: none where it is empty; None where it is no unit."""
-    plain, rms = _without_kind(cell.strip().strip("[]()"))
-    if plain in ("", "-"):
-        return _Heading("")
-    unit = _unit(plain)
-    return None if unit is None else _Heading("", unit[0], unit[1] * (math.sqrt(2.0) if rms else 1.0), rms)
+def _unit_row(cells: Sequence[str]) -> list[_Heading] | None:
+    """Return what the cells of a row below the heading say of units, nothing of one that is not known; None where it is no row of units."""
+    found: list[_Heading | None] = []
+    for cell in cells:
+        plain, rms = _without_kind(cell.strip().strip("[]()"))
+        unit = None if plain in ("", "-") else _unit(plain)
+        if number(plain.replace(",", ".")) is not None:
+            return None
+        factor = math.sqrt(2.0) if rms else 1.0
+        found.append(_Heading("") if plain in ("", "-") else unit and _Heading("", unit[0], unit[1] * factor, rms))
+    named = [each for each in found if each is None or each.unit]
+    if 2 * sum(each is not None for each in named) < len(named) or not any(named):
+        return None if named else [_Heading("")] * len(cells)
+    return [each or _Heading("") for each in found]
 
 
 def _without_kind(words: str) -> tuple[str, bool]:

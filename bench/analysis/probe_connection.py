@@ -5,18 +5,22 @@ from collections.abc import Iterator, Sequence
 from typing import Literal
 
 from bench.analysis.back_emf_record import BackEmfRecord
+from bench.analysis.opposite_probes import judge_opposite
 from bench.analysis.outcome import AnalysisOutcome
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text
 from procedures.estimation.emf.in_phase import in_phase_hum, in_phase_third
 from procedures.estimation.fitting.fit import FloatArray
-from procedures.estimation.fitting.misfit import Cause
+from procedures.estimation.fitting.misfit import Cause, Misfit
 
-ProbeConnection = Literal["line", "phase", "neutral"]
+ProbeConnection = Literal["line", "phase", "neutral", "ends"]
 PROBES = {
     "line": text("voltages assumed measured between two lines: phase amplitude = line amplitude / √3"),
     "phase": text("voltages assumed measured from line to an artificial star point"),
     "neutral": text("voltages assumed measured from line to the winding's own star point"),
+    "ends": text(
+        "two probes on the two ends of one line: its voltage is the difference of the channels; phase amplitude = line amplitude / √3"
+    ),
 }
 #: Names of a motor's three lines.
 _LINES = (("a", "b", "c"), ("u", "v", "w"), ("r", "s", "t"), ("l1", "l2", "l3"))
@@ -81,6 +85,7 @@ def judge_connection(
     """Hold a connection against the third harmonic and the hum of the channels; give none of `withheld` where they cannot be voltages
     between lines, unless somebody `typed` that they are. Where nothing says it, warn of signs that are too small for that.
     """
+    judge_opposite(outcome, records, withheld, typed=typed)
     if connection != "line":
         return
     together = all(len(record.lines) >= 3 for record in records)
@@ -88,45 +93,37 @@ def judge_connection(
         return
     if _judge_third(outcome, records, withheld, together=together, typed=typed):
         return
-    if together and not typed and by_name(records[0].names) is None:
-        _ask(outcome, records)
+    said = Misfit.together(tuple(record.misfit for record in records)).withholding(withheld[0])
+    if together and not typed and said is None and by_name(records[0].names) is None:
+        _ask(outcome, records, withheld)
 
 
-def _ask(outcome: AnalysisOutcome, records: Sequence[BackEmfRecord]) -> None:
-    """Say what is assumed of three channels that nobody named; warn where they have a little of what voltages between lines cannot have."""
-    outcome.assume(
-        text(
-            "nothing says where the three probes were. Probes whose grounds are joined measure against a star point "
-            "(--connection phase), and the flux linkage is then √3 times larger"
-        )
+def _ask(outcome: AnalysisOutcome, records: Sequence[BackEmfRecord], withheld: Sequence[str]) -> None:
+    """Give none of `withheld` for three channels of which nobody said where they were: √3 hangs on it, and no wave tells it."""
+    why = text(
+        "nothing says where the three probes were. Probes whose grounds are joined, as an oscilloscope's are, measure against a star "
+        "point: --connection phase, or neutral where the grounds are on the winding's own. Isolated probes between two terminals each: "
+        "--connection line. The flux linkage differs by √3"
     )
-    if not _distorted(records):
-        thirds = [_third(record, record.values) for record in records]
-        if all(share > _ASKS and share > _CLEAR * noise for share, noise in thirds):
-            outcome.warn(
-                text(
-                    "the three channels have a common third harmonic of {share:.2%} of the fundamental. A converter may make it, or "
-                    "they are phase voltages against the winding's own star point. They are taken as between two lines each. "
-                    "Give --connection line or neutral; the flux linkage differs by √3",
-                    share=max(share for share, _ in thirds),
-                ),
-                "connection-open",
-            )
-            return
+    thirds = [] if _distorted(records) else [_third(record, record.values) for record in records]
+    if thirds and all(share > _ASKS and share > _CLEAR * noise for share, noise in thirds):
+        why = text(
+            "nothing says where the three probes were, and they have a common third harmonic of {share:.2%} of the fundamental. A "
+            "converter may make it, or they are phase voltages against the winding's own star point. Give --connection line, phase or "
+            "neutral; the flux linkage differs by √3",
+            share=max(share for share, _ in thirds),
+        )
     for record in records:
         for frequency, common, least in _hums(record):
             if common > _HUM_ASKS and common > _COMMON * least:
-                outcome.warn(
-                    text(
-                        "the three channels have the same hum of {frequency:.0f} Hz, {share:.1%} of the fundamental. Voltages of the "
-                        "lines against ground have that. They are taken as between two lines each. Give --connection line or phase; "
-                        "the flux linkage differs by √3",
-                        frequency=frequency,
-                        share=common,
-                    ),
-                    "connection-open",
+                why = text(
+                    "nothing says where the three probes were, and they have the same hum of {frequency:.0f} Hz, {share:.1%} of the "
+                    "fundamental, as voltages of the lines against ground have. Give --connection phase or line; the flux linkage differs "
+                    "by √3",
+                    frequency=frequency,
+                    share=common,
                 )
-                return
+    outcome.withhold(withheld, "connection-open", why)
 
 
 def _distorted(records: Sequence[BackEmfRecord]) -> bool:

@@ -14,6 +14,7 @@ from drivers.interfaces.text import Text, text
 _ELECTRICAL = re.compile(r"(?<![a-z])e[_ -]?rpm|elec", re.IGNORECASE)
 #: Units that are turns of the shaft, periods of its EMF, or radians.
 _PER_SECOND = ("1/s", "s-1", "s^-1")
+_TORQUE = re.compile(r"torq|(?<![a-z])trq|drehmoment|转矩|扭矩|力矩", re.IGNORECASE)
 SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 
 
@@ -111,7 +112,7 @@ def is_electrical(name: str) -> bool:
 
 def is_torque(channel: CaptureChannel) -> bool:
     """Return whether a column is a torque, by its unit or its name."""
-    return channel.unit == "N·m" or "torque" in channel.name.lower()
+    return channel.unit == "N·m" or bool(_TORQUE.search(channel.name))
 
 
 def torque_in_units(capture: Capture, torque: CaptureChannel) -> CaptureChannel:

@@ -11,6 +11,7 @@ from bench.captures.capture import Capture, CaptureChannel, CaptureError
 from bench.captures.cell_units import has_units, without_units
 from bench.captures.decimal_marks import doubtful_number
 from bench.captures.marks import OVER_RANGE, at_the_ends, over_range_marked, seconds_by_the_clock
+from bench.captures.no_heading import names_without_heading, refuse_another_time, without_comments
 from bench.captures.signs import without_blanks
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.text_columns import without_text_columns
@@ -86,7 +87,7 @@ def read_plain(
     `abscissa` says what the first column is where no heading does: "time" (s), "angle" (rad) or "current" (A); `time_column` is the name
     of the column of time, or its number from 1, where it is not the first; `time_unit` is its unit where it says none. Raises CaptureError.
     """
-    lines = [line if not line.lstrip().startswith(("#", "%")) else "" for line in lines]
+    lines = without_comments(lines)
     if abscissa == "time":
         # A blank line among samples may stand for one that is missing.
         return _read_table(path, lines, abscissa, time_column, time_unit)
@@ -133,9 +134,14 @@ def _read_table(path: Path, lines: list[str], abscissa: str, time_column: str | 
     _refuse_over_range(path, table, first)
     if table.shape[0] < 2:
         raise CaptureError(str(path), text("holds one row of numbers only; export the whole record"), first + 1)
-    headings, assumptions = _headings(lines[:first], width, abscissa)
+    headings, assumptions = _headings(lines[:first], width, abscissa, time_column)
     no_heading = bool(assumptions) and not by_clock and 0 not in units
-    noted = [text("column '{name}' holds no number; it is left out", name=name) for name in left_out]
+    noted = [
+        text("column '{name}' has {count} numbers and blanks below; it is left out", name=name, count=count)
+        if count
+        else text("column '{name}' holds no number; it is left out", name=name)
+        for name, count in left_out.items()
+    ]
     headings = [(name, units.get(k, unit)) for k, (name, unit) in enumerate(headings)]
     if by_clock:
         headings[0] = headings[0][0], "s"
@@ -197,6 +203,8 @@ def _read_table(path: Path, lines: list[str], abscissa: str, time_column: str | 
             unit_open = False
         elif not columns[0].unit:
             assumptions.append(text("time taken to be in s"))
+        if no_heading and time_column is None:
+            refuse_another_time(path, columns, first)
         check_increasing(path, columns[0].values, first)
     return Capture(
         tuple(columns[1:] if is_time else columns),
@@ -280,10 +288,6 @@ def _refuse_decimal_commas(path: Path, lines: list[str], first: int) -> None:
         )
 
 
-#: What a first column without a heading is taken for.
-_ABSCISSAE = {"time": ("s", text("time")), "angle": ("rad", text("angle")), "current": ("A", text("current"))}
-
-
 def _place(path: Path, columns: list[CaptureChannel], wanted: str) -> int:
     """Return the index of a column by its name, or by its number from 1. Raises CaptureError for one that is not there."""
     names = [column.name.lower() for column in columns]
@@ -303,18 +307,14 @@ def _place(path: Path, columns: list[CaptureChannel], wanted: str) -> int:
     )
 
 
-def _headings(before: list[str], width: int, abscissa: str) -> tuple[list[tuple[str, str]], list[Text]]:
+def _headings(
+    before: list[str], width: int, abscissa: str, time_column: str | None
+) -> tuple[list[tuple[str, str]], list[Text]]:
     """Return name and unit of each column, and what had to be assumed."""
     rows = [line for line in before if line.strip()]
     rows = [row for row in rows if len(_cells(row, _separator_of_heading(row, width))) == width]
     if not rows:
-        unit, said = _ABSCISSAE[abscissa]
-        names = [(abscissa, unit)] + [(f"column {k + 1}", "") for k in range(1, width)]
-        message = text(
-            "no heading: the first column is taken as {abscissa} in {unit}, the other values are used unchanged",
-            abscissa=said,
-            unit=unit,
-        )
+        names, message = names_without_heading(width, abscissa, time_column)
         return names, [message]
     cells = [_cells(row, _separator_of_heading(row, width)) for row in rows]
     last = cells[-1]

@@ -18,6 +18,7 @@ _WHOLE = {
     "rad/sec": ("rad/s", 1.0),
     "rads-1": ("rad/s", 1.0),
     "rads^-1": ("rad/s", 1.0),
+    **dict.fromkeys(("rad.s-1", "rad.s^-1"), ("rad/s", 1.0)),
     "deg/s": ("rad/s", math.pi / 180),
     "°/s": ("rad/s", math.pi / 180),
     **dict.fromkeys(("rps", "rev/s", "r/s", "turn/s", "turns/s"), ("rad/s", 2 * math.pi)),
@@ -32,6 +33,7 @@ _WHOLE = {
     "min^-1": ("rad/s", 2 * math.pi / 60),
     "ncm": ("N·m", 0.01),
     "cnm": ("N·m", 0.01),
+    "nmm": ("N·m", 1e-3),
     # International ounce and pound, standard gravity (ISO 80000-4, NIST SP 811).
     **dict.fromkeys(("ozin", "ozfin", "inoz", "inozf"), ("N·m", 0.028349523125 * _GRAVITY * _INCH)),
     **dict.fromkeys(("lbin", "lbfin", "inlb", "inlbf"), ("N·m", 0.45359237 * _GRAVITY * _INCH)),

@@ -1,4 +1,5 @@
-"""Coast-downs as loggers of pulses write them: does the interval hold what is so, when a speed is a mean over the time between pulses?
+"""Coast-downs as loggers write them: does the interval hold what is so, when a speed is a mean over the time between pulses, or the record
+begins with the drive's start?
 
 `python -m tests.studies.coast_loggers --records 30 --seed 7`
 """
@@ -72,10 +73,26 @@ def counted(coast: Coast, random: np.random.Generator) -> Iterator[str]:
     return (f"{t:.1f},{n:.0f}" for t, n in zip(time[1:], np.diff(teeth) * 10.0, strict=True))
 
 
+def whole_run(coast: Coast, random: np.random.Generator) -> Iterator[str]:
+    """Give even rows of a run from standstill: the drive's voltage limits its rise, it holds or not, and lets go."""
+    top = float(coast.speed[0])
+    step = float(coast.time[-1]) / random.integers(800, 4000)
+    rest = np.zeros(int(random.uniform(0.0, 400.0)))
+    rise = float(coast.time[-1]) * random.uniform(0.05, 0.5)
+    near = random.uniform(2.0, 5.0)
+    start = top * -np.expm1(-near * np.arange(0.0, rise, step) / rise) / -np.expm1(-near)
+    held = np.full(int(random.choice([0.0, random.uniform(20.0, 800.0)])), top)
+    falls = np.interp(np.arange(0.0, coast.time[-1], step), coast.time, coast.speed)
+    speed = np.concatenate((rest, start, held, falls)) * RPM
+    speed = speed + random.normal(0.0, 1e-4 * top * RPM, speed.size)
+    return (f"{k * step:.6f},{n:.2f}" for k, n in enumerate(speed))
+
+
 LOGGERS: dict[str, Callable[[Coast, np.random.Generator], Iterator[str]]] = {
     "a pulse a turn": pulse_a_turn,
     "24 Hall edges a turn": hall_edges,
     "60 teeth, counted for 0.1 s": counted,
+    "a whole run from standstill": whole_run,
 }
 
 

@@ -18,7 +18,7 @@ _FASTEST = 1000.0
 
 def back_emf(
     *files: Path,
-    connection: Literal["line", "phase", "neutral"] | None = None,
+    connection: Literal["line", "phase", "neutral", "ends"] | None = None,
     pole_pairs: Count | None = None,
     speed_rpm: float | None = None,
     speed_uncertainty_rpm: float | None = None,
@@ -42,8 +42,9 @@ def back_emf(
         The captures of one record, or of one record for each speed: R&S RTB, Tektronix TDS or Siglent CSV, CSV columns of time
         and volts, or HDF5.
     connection
-        Where the probes were: line (between two terminals), phase (to an artificial star point) or neutral (to the winding's
-        own star point). Default: line, unless the channels are named like phases.
+        Where the probes were: line (between two terminals), phase (to an artificial star point), neutral (to the winding's
+        own star point) or ends (two probes on the two ends of one line, ground not on the motor: their difference counts).
+        Default: line for one or two channels; three say it by their names (Uab, Van) or need this option.
     pole_pairs
         Pole pairs, for the mechanical constants.
     speed_rpm

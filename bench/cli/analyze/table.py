@@ -55,6 +55,14 @@ def table(
     if sheet is not None and run is None and motor is None:
         _print_sheet(file, sheet, translate, json=json)
         return
+    if run is None and motor is None and file.is_file():
+        raise UsageError(
+            text(
+                "{path}: give --run RUN or --motor FILE, what it is to be compared with. It is no data sheet, which needs neither: fewer "
+                "than two of its rows are a known name, a number and a unit, as 'Torque constant;25.9;mNm/A' is",
+                path=str(file),
+            )
+        )
     if (run is None) == (motor is None):
         raise UsageError(text("give either --run RUN or --motor FILE, one of the two"))
     if not 0.1 <= vesc_scale <= 10.0:

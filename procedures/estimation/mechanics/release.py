@@ -14,6 +14,10 @@ _HELD = 0.5
 _LOST = 0.005
 #: A shaft below this share of its top speed stands, or soon will.
 _SLOW = 0.05
+#: A mean below this share of the top speed, before that speed, is of the shaft's start.
+_STARTED = 0.98
+#: The release is in the mean of the top speed or in the next one.
+_BEYOND = 2
 #: So many means from the bend on are left out.
 _BESIDE = 3
 #: So many equal readings at the end, this share of all, below this share of the top speed, are those of a sensor without pulses.
@@ -24,7 +28,8 @@ def release_of(time: FloatArray, speed: FloatArray) -> int:
     """Return the index of the first reading (s, rad/s, shape (n,)) that belongs to the coast-down, 0 where all of them do.
 
     No friction brakes a shaft less at its top speed than soon after: a speed that holds or rises, and falls from an instant on, was driven
-    until then. Means of many readings are fitted by a line to that instant, and a cubic polynomial from there on.
+    until then. Means of many readings are fitted by a line to that instant, and a cubic polynomial from there on. No friction drives a
+    shaft: what lies before the top speed was driven if the speed rose to it.
     """
     count = time.size // max(1, time.size // _MEANS)
     if count < 4 * _LEAST:
@@ -39,7 +44,21 @@ def release_of(time: FloatArray, speed: FloatArray) -> int:
     fast = np.flatnonzero(w > _SLOW * top)
     if not top > 0.0 or fast.size < 4 * _LEAST:
         return 0
-    t, w = t[: fast[-1] + 1], w[: fast[-1] + 1] / top
+    peak = int(np.argmax(w))
+    starting = np.flatnonzero(w[:peak] < _STARTED * top)
+    begin = int(starting[-1]) + 1 if starting.size else 0
+    bend = _bend(t[begin : fast[-1] + 1], w[begin : fast[-1] + 1] / top)
+    if bend is None and not begin:
+        return 0
+    # What the means around the bend hold belongs to neither.
+    first = max(peak + _BEYOND, 0 if bend is None else begin + bend + _BESIDE)
+    return int(min(first * block, time.size - 1))
+
+
+def _bend(t: FloatArray, w: FloatArray) -> int | None:
+    """Return the place in means of speeds (s, share of the top speed, shape (n,)) where a held speed begins to fall, None for none."""
+    if w.size < 4 * _LEAST:
+        return None
     x = (t - t[0]) / (t[-1] - t[0])
     smooth = np.vander(x, 5)
     without = _squares(smooth, w)[0]
@@ -53,9 +72,8 @@ def release_of(time: FloatArray, speed: FloatArray) -> int:
     spread = float(np.sqrt(variance * 12.0 / places[best] ** 3)) * x.size
     held = after < 0.0 and before - 2.0 * spread > _HELD * after
     if without - squares < _SEEN * variance or not held or -after * at < _LOST:
-        return 0
-    # What the means around the bend hold belongs to neither.
-    return int(min((places[best] + _BESIDE) * block, time.size - 1))
+        return None
+    return int(places[best])
 
 
 def standstill_of(speed: FloatArray) -> int:

@@ -142,7 +142,7 @@ def test_a_constant_channel_is_called_as_the_file_calls_it(call: Call, tmp_path:
 
 def test_a_part_is_taken_of_every_record(tmp_path: Path) -> None:
     path = stored(tmp_path, SETUP, "emf")
-    whole, part = (analyze_back_emf(path, selection=CapturePart(end=end)) for end in (None, 0.07))
+    whole, part = (analyze_back_emf(path, connection="phase", selection=CapturePart(end=end)) for end in (None, 0.07))
     assert flux(part)["standard_uncertainty"] != flux(whole)["standard_uncertainty"]
 
 
@@ -213,21 +213,27 @@ def test_hum_that_is_the_same_in_three_channels_says_that_no_lines_were_probed(t
 @pytest.mark.parametrize(
     ("names", "third", "typed", "asked"),
     [
-        ("CH1 CH2 CH3", 0.0, None, False),
-        ("CH1 CH2 CH3", 0.004, None, True),
-        ("CH1 CH2 CH3", 0.004, "line", False),
-        ("Uab Ubc Uca", 0.004, None, False),
+        ("CH1 CH2 CH3", 0.0, None, "grounds are joined"),
+        ("CH1 CH2 CH3", 0.004, None, "third harmonic"),
+        ("CH1 CH2 CH3", 0.0, "line", ""),
+        ("CH1 CH2 CH3", 0.004, "line", ""),
+        ("Uab Ubc Uca", 0.004, None, ""),
     ],
 )
-def test_three_probes_are_asked_about_where_they_show_a_little_of_a_star_point(
-    tmp_path: Path, names: str, third: float, typed: Literal["line"] | None, asked: bool
+def test_three_probes_of_which_nobody_says_where_they_were_give_no_flux_linkage(
+    tmp_path: Path, names: str, third: float, typed: Literal["line"] | None, asked: str
 ) -> None:
+    """Isolated probes between the lines and joined ones against a star point show the same, √3 apart."""
     path = three(tmp_path, names, third=third)
-    found = analyze_back_emf(path, coupling={"": "dc"}, connection=typed)
-    assert ("connection-open" in {each["id"] for each in found["warnings"]}) is asked
-    assert any("--connection phase" in line for line in found["assumptions"]) is (
-        names == "CH1 CH2 CH3" and typed is None
+    found = analyze_back_emf(path, coupling={"": "dc"}, connection=typed, pole_pairs=4)
+    assert set(found["withheld"]) == (
+        {"flux_linkage", "back_emf_constant_mechanical", "torque_constant"} if asked else set()
     )
+    assert "electrical_frequency" in found["parameters"]
+    for each in found["withheld"].values():
+        assert each["cause"] == "connection-open"
+        assert asked in each["message"]
+        assert "--connection" in each["message"]
 
 
 def test_three_probes_with_the_same_faint_hum_are_asked_about(tmp_path: Path) -> None:
@@ -235,19 +241,58 @@ def test_three_probes_with_the_same_faint_hum_are_asked_about(tmp_path: Path) ->
     columns = np.loadtxt(path, delimiter=",", skiprows=1)
     columns[:, 1:] += 0.15 * np.sin(2.0 * np.pi * 50.0 * columns[:, [0]])
     np.savetxt(path, columns, delimiter=",", header="t (s),CH1 (V),CH2 (V),CH3 (V)", comments="")
-    found = analyze_back_emf(path, coupling={"": "dc"})
-    assert "connection-open" in {each["id"] for each in found["warnings"]}
-    assert "flux_linkage" in found["parameters"]
+    found = analyze_back_emf(path, coupling={"": "dc"})["withheld"]["flux_linkage"]
+    assert (found["cause"], "hum of 50 Hz" in found["message"]) == ("connection-open", True)
+
+
+def ends(folder: Path, own: float, hum: float = 0.3, middle: float = 0.0) -> Path:
+    """Two probes on two terminals of a motor that floats: an end has `own` of the line's 6 V, the other the rest; both have the hum."""
+    random = np.random.default_rng(3)
+    line = 6.0 * np.cos(2.0 * np.pi * 100.0 * TIMES)
+    common = hum * np.sin(2.0 * np.pi * 50.0 * TIMES) + middle * np.sin(2.0 * np.pi * 100.0 * TIMES)
+    first, second = own * line + common, (own - 1.0) * line + common
+    columns = [each + random.normal(0.0, 0.01, line.size) for each in (first, second)]
+    path = folder / "ends.csv"
+    np.savetxt(path, np.column_stack((TIMES, *columns)), delimiter=",", header="t (s),CH1 (V),CH2 (V)", comments="")
+    return path
+
+
+@pytest.mark.parametrize("own", [0.5, 0.56, 0.44])
+@pytest.mark.parametrize("middle", [0.0, 0.1])
+def test_two_ends_of_one_line_give_its_voltage_by_their_difference(tmp_path: Path, own: float, middle: float) -> None:
+    path = ends(tmp_path, own, middle=middle)
+    alone = analyze_back_emf(path, coupling={"": "dc"}, pole_pairs=7)
+    assert {each["cause"] for each in alone["withheld"].values()} == {"opposite-channels"}
+    assert "--connection ends" in alone["withheld"]["flux_linkage"]["message"]
+    found = analyze_back_emf(path, coupling={"": "dc"}, pole_pairs=7, connection="ends")
+    low, high = flux(found)["coverage_interval"]
+    assert low < 6.0 / (np.sqrt(3.0) * 2.0 * np.pi * 100.0) < high
+    assert high - low < 0.01 * high
+    assert not found["withheld"]
+
+
+def test_isolated_probes_on_one_line_are_believed_where_they_agree(tmp_path: Path) -> None:
+    equal = analyze_back_emf(ends(tmp_path, 0.5, hum=0.0), coupling={"": "dc"}, connection="line")
+    assert not equal["withheld"]
+    unequal = analyze_back_emf(ends(tmp_path, 0.56, hum=0.0), coupling={"": "dc"}, connection="line")
+    assert unequal["withheld"]["flux_linkage"]["cause"] == "opposite-channels"
+
+
+def test_ends_are_two_channels(tmp_path: Path) -> None:
+    with pytest.raises(CaptureError, match="there are 3"):
+        analyze_back_emf(three(tmp_path, "CH1 CH2 CH3", third=0.0), connection="ends")
 
 
 def test_pole_pairs_that_the_speed_contradicts_give_no_mechanical_constants(tmp_path: Path) -> None:
     path = three(tmp_path, "CH1 CH2 CH3", third=0.0, line=True)
-    found = analyze_back_emf(path, coupling={"": "dc"}, pole_pairs=8, speed_rpm=1500.0)
+    found = analyze_back_emf(path, connection="line", coupling={"": "dc"}, pole_pairs=8, speed_rpm=1500.0)
     assert set(found["withheld"]) == {"back_emf_constant_mechanical", "torque_constant"}
     assert {each["cause"] for each in found["withheld"].values()} == {"pole-pairs-contradict"}
     assert "flux_linkage" in found["parameters"]
     # A tachometer that only reads badly takes nothing away.
-    assert not analyze_back_emf(path, coupling={"": "dc"}, pole_pairs=4, speed_rpm=1620.0)["withheld"]
+    assert not analyze_back_emf(path, connection="line", coupling={"": "dc"}, pole_pairs=4, speed_rpm=1620.0)[
+        "withheld"
+    ]
 
 
 @pytest.mark.parametrize(
@@ -274,7 +319,7 @@ def test_a_channel_between_other_points_is_told_from_a_wrong_factor(
 @pytest.mark.parametrize("third", [0.0, 0.05])
 @pytest.mark.parametrize("gains", [(1.0, 1.0, 1.0), (1.0, 1.03, 0.98)])
 def test_lines_are_not_taken_for_phases(tmp_path: Path, third: float, gains: tuple[float, ...]) -> None:
-    found = analyze_back_emf(three(tmp_path, "CH1 CH2 CH3", third=third, line=True, gains=gains), coupling={"": "dc"})
+    found = analyze_back_emf(three(tmp_path, "Uab Ubc Uca", third=third, line=True, gains=gains), coupling={"": "dc"})
     low, high = flux(found)["coverage_interval"]
     assert low * 0.999 < 5.0 / (2.0 * np.pi * 100.0) < high * 1.001
     assert not found["withheld"]
@@ -292,16 +337,14 @@ def test_channels_named_as_phases_are_asked_about(tmp_path: Path, names: str) ->
     ("names", "line"),
     [
         ("Van Vbn Vcn", False),
-        ("U1N V1N W1N", None),
         ("UV VW WU", True),
         ("L1-L2 L2-L3 L3-L1", True),
         ("U_ab U_bc U_ca", True),
     ],
 )
-def test_names_that_say_it_are_taken_at_their_word(tmp_path: Path, names: str, line: bool | None) -> None:
-    found = analyze_back_emf(three(tmp_path, names, third=0.0, line=bool(line)), coupling={"": "dc"})
-    factor = np.sqrt(3.0) if line is None else 1.0
-    assert flux(found)["value"] * factor == pytest.approx(5.0 / (2.0 * np.pi * 100.0), rel=1e-3)
+def test_names_that_say_it_are_taken_at_their_word(tmp_path: Path, names: str, line: bool) -> None:
+    found = analyze_back_emf(three(tmp_path, names, third=0.0, line=line), coupling={"": "dc"})
+    assert flux(found)["value"] == pytest.approx(5.0 / (2.0 * np.pi * 100.0), rel=1e-3)
 
 
 def test_channels_on_one_line_count_once(tmp_path: Path) -> None:
@@ -317,7 +360,7 @@ def test_channels_on_one_line_count_once(tmp_path: Path) -> None:
 
     alone = analyzed("alone", first)
     assert "one-line" not in {warning["id"] for warning in alone["warnings"]}
-    for others in ((first,), (first, first), (-first,), (0.995 * first, first)):
+    for others in ((first,), (first, first), (0.995 * first, first)):
         found = analyzed("copies", first, *others)
         assert "one-line" in {warning["id"] for warning in found["warnings"]}
         assert flux(found)["standard_uncertainty"] >= 0.99 * flux(alone)["standard_uncertainty"]

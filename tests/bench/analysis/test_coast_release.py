@@ -6,6 +6,8 @@ import pytest
 from bench.analysis.coast_down import analyze_coast_down
 
 COULOMB, VISCOUS, TOP, STEP = 20.0, 0.1, 300.0, 0.002
+#: A shaft whose drive comes to the end of its voltage: it rises ever more slowly, and lets go there.
+SPUN_UP = TOP * -np.expm1(-np.arange(0.0, 8.0, STEP) / 2.5) / -np.expm1(-8.0 / 2.5)
 
 
 def analysed(tmp_path, before, behind=(), noise=0.1):
@@ -31,8 +33,15 @@ def holds(found):
 
 @pytest.mark.parametrize(
     "before",
-    [np.full(100, TOP), np.full(1500, TOP), np.full(6000, TOP), np.linspace(30.0, TOP, 2000)],
-    ids=["short", "held", "long", "driven"],
+    [
+        np.full(100, TOP),
+        np.full(1500, TOP),
+        np.full(6000, TOP),
+        np.linspace(30.0, TOP, 2000),
+        SPUN_UP,
+        np.concatenate((np.full(600, 30.0), np.zeros(1200), np.linspace(0.0, TOP, 200), np.full(1000, TOP))),
+    ],
+    ids=["short", "held", "long", "driven", "spun up", "stood, started and held"],
 )
 def test_what_comes_before_the_release_is_left_out_and_said(tmp_path, before):
     found = analysed(tmp_path, before)

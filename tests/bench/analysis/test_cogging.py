@@ -65,6 +65,17 @@ def test_the_angle_by_a_column_or_a_speed(tmp_path, columns):
     assert at_rest is (columns == "angle only")
 
 
+@pytest.mark.parametrize("heading", ["ch1 torq. (mNm)", "Trq_mes [mNm]", "Drehmoment (mNm)", "力矩 (mNm)"])
+def test_a_torque_by_its_other_names(tmp_path, heading):
+    path = record(tmp_path / "turn.csv")
+    words = path.read_text(encoding="utf-8").replace("torque (mNm)", heading)
+    path.write_text(words, encoding="utf-8")
+    assert holds(analyze_cogging(path))
+    path.write_text(words.replace("(mNm)", "").replace("[mNm]", ""), encoding="utf-8")
+    with pytest.raises(CaptureError, match="states no unit, and torque may be in any of Nm, mNm"):
+        analyze_cogging(path)
+
+
 def test_a_known_order_on_a_part_of_a_turn(tmp_path):
     assert holds(analyze_cogging(record(tmp_path / "turn.csv", turns=0.5), order=12))
 

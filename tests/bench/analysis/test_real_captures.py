@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bench.analysis import analyze_back_emf
+from bench.analysis.statements import read_statements
 from bench.captures import read_captures
 from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.estimation.emf.integrated_flux import flux_by_integration
@@ -25,14 +26,14 @@ TEKTRONIX = [FOLDER / "YellowA0001CH1.CSV", FOLDER / "RedA0001CH2.CSV"]
 
 
 def test_rohde_schwarz_record_of_500_rpm() -> None:
-    found = analyze_back_emf(RTB, scale={"CHAN3": 10}, pole_pairs=7)
+    found = analyze_back_emf(RTB, scale={"CHAN3": 10}, pole_pairs=7, connection="phase")
     details = found["details"]
     assert details["mechanical_speed_rpm"] == pytest.approx(499.7, abs=0.1)
     channels = details["channels"].values()
     assert [c["fundamental"]["value"] for c in channels] == pytest.approx([2.0, 2.0, 2.0], abs=0.03)
     assert [c["phase_degrees"]["value"] for c in channels] == pytest.approx([0, -120, 120], abs=1.0)
     assert all(2.0 < c["harmonics_percent"]["5"] < 5.0 for c in channels)
-    assert found["parameters"]["flux_linkage"]["value"] == pytest.approx(3.1379e-3, rel=1e-4)
+    assert found["parameters"]["flux_linkage"]["value"] == pytest.approx(5.4350e-3, rel=1e-4)
     assert found["withheld"] == {}
     low, high = found["parameters"]["flux_linkage"]["coverage_interval"]
     assert low < details["flux_linkage_least_squares"]["value"] < high
@@ -63,8 +64,22 @@ def test_tektronix_record_of_a_hand_drill() -> None:
     assert first.values == pytest.approx(second.values, rel=5e-3)
 
 
-def test_tektronix_analysis_says_that_the_speed_drifts() -> None:
+def test_the_two_ends_of_a_line_on_one_oscilloscope_and_three_phases_on_another_are_one_motor() -> None:
+    """Two probes on two terminals, no ground on the motor: each shows half of the line's voltage. Three probes make a star point."""
     found = analyze_back_emf(TEKTRONIX)
-    assert found["parameters"]["flux_linkage"]["value"] == pytest.approx(2.7402e-3, rel=2e-4)
-    assert found["parameters"]["flux_linkage"]["estimator"] == "voltage integrated over whole periods"
+    assert {each["cause"] for each in found["withheld"].values()} == {"opposite-channels"}
     assert any("drifts" in w["text"] for w in found["warnings"])
+    line = analyze_back_emf(TEKTRONIX, connection="ends")["parameters"]["flux_linkage"]
+    assert line["value"] == pytest.approx(5.477e-3, rel=5e-4)
+    assert line["estimator"] == "voltage integrated over whole periods"
+    limits = read_statements(["voltage=2%"])
+    both = [
+        analyze_back_emf(files, accuracy=limits, coupling={"": "dc"}, **how)["parameters"]["flux_linkage"]
+        for files, how in (
+            (TEKTRONIX, {"connection": "ends"}),
+            (RTB, {"connection": "phase", "scale": {"CHAN3": 10}}),
+        )
+    ]
+    assert max(each["coverage_interval"][0] for each in both) < min(each["coverage_interval"][1] for each in both)
+    unsaid = analyze_back_emf(RTB, scale={"CHAN3": 10})
+    assert unsaid["withheld"]["flux_linkage"]["cause"] == "connection-open"

@@ -19,6 +19,8 @@ MINUTE = 2.0 * math.pi / 60.0
         *((text, "N·m", 1.0) for text in ("Nm", "N.m", "N·m", "N⋅m", "N m", "N*m", "N-m")),
         *((text, "N·m", 1e-3) for text in ("mNm", "mN.m", "mN·m", "mN m")),
         *((text, "N·m", 1e-2) for text in ("Ncm", "N·cm", "cNm")),
+        *((text, "N·m", 1e-3) for text in ("Nmm", "N.mm", "N·mm", "N-mm", "mNm")),
+        *((text, "rad/s", 1.0) for text in ("rad.s-1", "rad.s^-1")),
         *((text, "N·m", 0.0070615518) for text in ("ozf·in", "oz-in", "oz.in", "in·oz")),
         *((text, "N·m", 0.1129848290) for text in ("lbf·in", "in-lb", "lb.in")),
         *((text, "N·m", 1.3558179483) for text in ("lbf·ft", "ft-lb", "ft·lbf")),

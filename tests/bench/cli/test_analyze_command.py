@@ -112,7 +112,11 @@ def test_one_column_is_not_taken_as_voltage_and_current(call: Call, emf: Path) -
 @pytest.mark.parametrize(
     ("command", "columns", "more"),
     [
-        ("back-emf", "t (s),CH1 (V),CH2 (V),CH3 (V)", ("--speed-rpm", "795", "--accuracy", "CH1=3%+5mV")),
+        (
+            "back-emf",
+            "t (s),CH1 (V),CH2 (V),CH3 (V)",
+            ("--speed-rpm", "795", "--accuracy", "CH1=3%+5mV", "--connection", "line"),
+        ),
         ("step-response", "t (s),CH1 (V),CH2 (A)", ("--temperature", "30")),
         ("coast-down", "t (s),speed (rad/s)", ("--inertia", "1e-4")),
         ("rotor-sweep", "theta (rad),L (H)", ()),

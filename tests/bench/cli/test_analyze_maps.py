@@ -488,3 +488,26 @@ def test_a_file_that_is_no_table_is_refused(tmp_path: Path) -> None:
     path.write_text("id_A,iq_A,psi_d_Vs,psi_q_Vs\n1,2,x,4\n", encoding="utf-8")
     with pytest.raises(InputError, match="line 2, column psi_d_Vs"):
         flux_map(path)
+
+
+@pytest.mark.parametrize(
+    "above",
+    ["2031-05-04 15:22:21.5\n", "Dyno 2, tester: me\n", "Motor,outrunner 5\nSupply (V),48\n"],
+    ids=["time", "title", "names with values"],
+)
+def test_a_heading_below_a_title_is_found(above: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "load.csv"
+    head = "Input voltage, Input Power, Output Torque, Output Speed, Room\nV, W, N.mm, rad/s, Deg C\n"
+    path.write_text(f"{above}{head}48, 170, 800, 150, 21\n48, 390, 1800, 150, 21\n", encoding="utf-8")
+    made = analyzed(capsys, 0, efficiency(path, json=True))
+    found = [row["efficiency"]["value"] for row in made["details"]["load_points"]]
+    assert found == pytest.approx([0.8 * 150 / 170, 1.8 * 150 / 390])
+
+
+def test_a_unit_that_is_none_in_a_row_of_units_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "load.csv"
+    path.write_text("Power,Torque,Speed\nW,mNm,rad.s\n170,800,150\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"'Speed' states no unit.*--column 'speed=Speed \(rpm\)'"):
+        efficiency(path)
+    made = analyzed(capsys, 0, efficiency(path, column=("speed=Speed (rad/s)",), json=True))
+    assert made["details"]["load_points"][0]["efficiency"]["value"] == pytest.approx(0.8 * 150 / 170)

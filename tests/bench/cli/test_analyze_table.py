@@ -119,6 +119,58 @@ def test_a_data_sheet_is_held_against_itself(tmp_path: Path, capsys: pytest.Capt
     assert "0.01727" in capsys.readouterr().out
 
 
+#: Below the figures, as makers go on; of these no quantity is one that is asked for.
+HEAT = """Thermal data
+Thermal resistance housing-ambient;4,7;K/W
+Thermal resistance winding-housing;1,2;K/W
+Insulation resistance;100;MOhm
+Continuous stall torque;128;mNm
+Ambient temperature;-40...+100;°C
+"""
+
+
+def by_tabs(catalogue: str) -> str:
+    """As copied from a page: a title, then tabs, value and unit in one cell."""
+    rows = (line.split(";") for line in (catalogue + HEAT).splitlines()[1:])
+    return "Values at nominal voltage\n" + "".join(f"{row[0]}\t{' '.join(row[1:])}\n" for row in rows)
+
+
+def by_blanks(catalogue: str) -> str:
+    return by_tabs(catalogue).replace("\t", "  ")
+
+
+def in_markdown(catalogue: str) -> str:
+    head, *rows = (catalogue + HEAT).splitlines()
+    return "\n".join(f"| {line.replace(';', ' | ')} |" for line in (head, "---;---;---", *rows)) + "\n"
+
+
+@pytest.mark.parametrize("written", [by_tabs, by_blanks, in_markdown])
+def test_a_data_sheet_is_read_as_pages_and_documents_write_it(written, tmp_path, capsys) -> None:
+    expected = read_sheet(capsys, tmp_path / "sheet.csv", CATALOGUE)
+    made = read_sheet(capsys, tmp_path / "sheet.md", written(CATALOGUE))
+    assert (made["figures"], made["checks"]) == (expected["figures"], expected["checks"])
+    assert not made["unread"]
+
+
+def test_a_line_with_two_numbers_and_no_mark_is_not_read(tmp_path, capsys) -> None:
+    made = read_sheet(capsys, tmp_path / "s.txt", "Torque constant at 25 °C 25.9 mNm/A\nPoles 8\nResistance 32 mOhm\n")
+    assert {figure["parameter"] for figure in made["figures"]} == {"pole_pairs", "stator_resistance"}
+    assert ["25.9 mNm/A" in row for row in made["unread"]] == [True]
+
+
+def test_rows_that_give_nothing_say_what_to_add(tmp_path, capsys) -> None:
+    made = read_sheet(capsys, tmp_path / "s.csv", "Nominal voltage,24 V\nStall torque,114 mNm\nStall current,3.74 A\n")
+    assert (made["figures"], made["checks"]) == ([], [])
+    assert "add resistance" in made["unread"][0]
+
+
+def test_what_is_no_data_sheet_is_told_what_one_is(tmp_path) -> None:
+    path = tmp_path / "s.csv"
+    path.write_text("id (A),Ld (mH)\n0,1.5\n")
+    with pytest.raises(UsageError, match=r"--run RUN or --motor FILE.*Torque constant;25\.9;mNm/A"):
+        table(path)
+
+
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
