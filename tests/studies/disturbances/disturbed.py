@@ -57,13 +57,15 @@ class Told:
 
 @dataclass
 class Row:
-    """What became of the figures of one cause."""
+    """What became of the figures of one cause; `said` are the identifiers of notices and causes, `reasons` why procedures gave nothing."""
 
     motors: int = 0
     told: list[tuple[int, Told]] = field(default_factory=list)
     withheld: int = 0
     refused: int = 0
     failed: Counter[str] = field(default_factory=Counter)
+    said: Counter[str] = field(default_factory=Counter)
+    reasons: Counter[str] = field(default_factory=Counter)
 
     def share(self, of: str) -> float:
         """Return the share of the given figures that are `held`, `warned` or `sure_and_wrong`."""
@@ -121,7 +123,10 @@ def measure_disturbed(seed: int, index: int, cause: Cause, two: bool = False) ->
         done = carry_out(bench, plate, int(random.integers(1 << 31)), plan, drive=drive)
     truth, flux = true_values(PARAMETERS, dirt.motor), flux_at(dirt.motor, ambient)
     row = Row(1, refused=len(done.refused), failed=Counter(dict(done.failed).values()))
+    row.reasons += Counter(dict(done.refused).values())
     for result in done.results:
+        row.said += Counter(notice.identifier for notice in result.warnings)
+        row.said += Counter(str(finding["cause"]) for finding in result.findings.get("misfit", []))
         row.told += [(index, one) for one in _told(result, {**truth, **map_truth(dirt.motor, result, flux)})]
         row.told += [(index, one) for one in _points(dirt.motor, result, flux)]
         row.withheld += sum(one.name in truth and one.name not in _ONCE for one in getattr(result, "withheld", ()))
@@ -157,6 +162,8 @@ def add(total: Row, one: Row) -> None:
     total.withheld += one.withheld
     total.refused += one.refused
     total.failed += one.failed
+    total.said += one.said
+    total.reasons += one.reasons
 
 
 def table(rows: Mapping[str, Row]) -> Iterator[str]:
