@@ -29,6 +29,8 @@ from tests.studies.worlds.units_in_use import as_sold
 _ORDINARY = re.compile(r"E\d+|raised-step|saliency|delta-from-outside|hidden-circuits")
 #: A data sheet's flux linkage is off by up to this share.
 _STATED = 0.05
+#: A true value that is none.
+_NIL = 1e-9
 #: The figures that are one another times a number are one.
 _ONCE = frozenset({"back_emf_constant_v_per_krpm", "back_emf_constant_v_per_rpm"})
 
@@ -36,7 +38,7 @@ _ONCE = frozenset({"back_emf_constant_v_per_krpm", "back_emf_constant_v_per_rpm"
 @dataclass(frozen=True)
 class Told:
     """One figure of a disturbed bench: its error in half-widths of its interval, whether something was said against it, and the
-    half-width relative to the truth.
+    half-width relative to the truth, as it is where that is 0.
     """
 
     name: str
@@ -152,7 +154,7 @@ def _told(result: ProcedureResult, truth: Mapping[str, float]) -> Iterator[Told]
         off = abs(0.5 * (one.high + one.low) - one.truth)
         seen = any(not row["parameters"] or parameter.name in row["parameters"] for row in misfit)
         error = off / half if half else math.inf if off else 0.0
-        yield Told(one.name, error, against or seen, half / abs(one.truth))
+        yield Told(one.name, error, against or seen, half / (abs(one.truth) if abs(one.truth) > _NIL else 1.0))
 
 
 def add(total: Row, one: Row) -> None:
