@@ -3,8 +3,8 @@
 `python -m tests.studies.drive_sizes --error NAME=SIZE … [--procedure flux-map] [--pairs P] [--motors N] [--seed S]`
 
 An error is a field of the drive in its unit (`dead_time=3e-6`, `current_gain=0.05`) or `angle_deg=3.9` (electrical); several come
-together. The drive's own errors within its data sheet are on top. `--pairs` takes the first motors of the seed that have so many pole pairs. Without
-an error the drive is as its data sheet says.
+together. The drive's own errors within its data sheet are on top. `--pairs` takes the first motors of the seed that have so many
+pole pairs. Without an error the drive is as its data sheet says.
 
 Printed for each motor: its pole pairs, how many figures hold the truth, the worst in half-widths, the largest error of a flux linkage in
 shares of the largest one, what was said; then the row as `coverage --disturbed` has it.

@@ -72,8 +72,8 @@ class EmfShape:
         return size, own * math.sqrt(2.0 * left.shape[1])
 
     def lost(self, slower: "EmfShape") -> tuple[FloatArray, FloatArray]:
-        """Return by how much the distortion (3,) is more than that of a wave that nothing filters, by the shaft turning slower the same way,
-        and its uncertainty.
+        """Return by how much the distortion (3,) is more than that of a wave that nothing filters, and its uncertainty, by the shaft
+        turning slower the same way.
 
         What a filter of probe or converter takes or adds grows with the frequency's square (a bandwidth, a mean over time, a resonance
         far above). Harmonics of even order, which a channel may make of a large wave, are left out and taken to lose alike. What a channel
