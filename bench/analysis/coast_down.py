@@ -15,7 +15,7 @@ from bench.analysis.outcome import (
     paths_of,
     refuse_copies,
 )
-from bench.analysis.ramp_record import RampRecord, coasting, read_of_pulses, split
+from bench.analysis.ramp_record import RampRecord, coasting, read_of_pulses, split, with_each_tooth
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.shaft_columns import SpeedColumn, is_torque, torque_in_units
 from bench.analysis.statements import Statement
@@ -88,9 +88,9 @@ def analyze_coast_down(
         filters = speed_filter, torque_filter
         record = RampRecord(capture.times(), channel, shaft[0] if shaft else level, filters)
         if not record.torque_name:
-            record, notes = coasting(record)
-            record, more = read_of_pulses(record)
-            assumed += notes + more
+            for taken in (with_each_tooth, coasting, read_of_pulses):
+                record, notes = taken(record)
+                assumed += notes
         records.append(record)
     applied = AppliedAccuracy(accuracy, _uses(records), captures)
     outcome = AnalysisOutcome("inertia", "3.5", captures[0], applied, translate)
@@ -130,9 +130,16 @@ def analyze_coast_down(
         return outcome.as_dict()
     outcome.assume(
         text(
-            "no torque on the shaft but its own friction, which depends on the speed alone. Grease that becomes thinner, or a bearing load "
-            "that changes, along a single coast-down looks like other friction: let the shaft turn until it is warm, and repeat the record"
+            "no torque on the shaft but its own friction, which depends on the speed alone",
         )
+    )
+    outcome.warn(
+        text(
+            "friction that changes along a single coast-down, as where grease becomes thinner or a bearing load changes, looks like other "
+            "friction, and the intervals do not include it. Let the shaft turn until it is warm, and give two records, one made after the "
+            "other"
+        ),
+        "friction-drift-unseen",
     )
     reached = min(_reached(np.abs(part.speed)) for part in parts)
     if reached > _LOW_ENOUGH and fit.misfit.withholding(_RATES[0]) is None:

@@ -10,6 +10,8 @@ _LEAST, _CHANGE = 12, 1.3
 _MOST_INTERVALS = 60
 #: Speed times interval is the same angle in all rows but few, up to this share; a speed of that instant is off it by twice that at least.
 _ALIKE, _ROWS, _BETTER = 0.01, 0.98, 0.5
+#: An interval is that of a tooth too few where it is so many times as long as its neighbours'; so many turns at least show it.
+_LONGER, _GAPS = (1.6, 2.5), 4
 #: So many whole turns at least, that their means alone describe a coast-down.
 _TURNS = 20
 
@@ -38,6 +40,36 @@ def pulse_intervals(time: FloatArray, speed: FloatArray) -> tuple[int, float] | 
             if spread < min(_ALIKE, _BETTER * apart) and (found is None or spread < _BETTER * found[2]):
                 found = sign * rows, float(np.median(angle)), spread
     return found[:2] if found else None
+
+
+def with_missing_tooth(time: FloatArray, speed: FloatArray) -> tuple[FloatArray, FloatArray, int] | None:
+    """Return times (s) and speeds (rad/s, (n,)) with the pulses of a tooth that is missing put in, and the teeth of a turn; None where none
+    is missing.
+
+    A logger takes each interval for one tooth's, and shows half the speed where one is missing: once a turn, so that the intervals between
+    two such tell how many teeth there are, and the speeds whether they count it among them.
+    """
+    steps = np.diff(time)
+    if steps.size < _LEAST or np.min(steps) <= 0.0:
+        return None
+    for first in (1, 0):
+        read = speed[1:] if first else speed[:-1]
+        angle = np.abs(read) * steps
+        one = float(np.median(angle))
+        around = 0.5 * (steps[:-2] + steps[2:])
+        share = steps[1:-1] / around
+        gaps = np.flatnonzero((share > _LONGER[0]) & (share < _LONGER[1])) + 1
+        if one <= 0.0 or _spread(angle) > _ALIKE or gaps.size < _GAPS:
+            continue
+        apart = np.unique(np.diff(gaps))
+        if apart.size != 1 or abs((apart[0] + 1) * one / (2.0 * np.pi) - 1.0) > _ALIKE:
+            continue
+        speeds = speed.copy()
+        speeds[gaps + first] *= 2.0
+        # Its pulse would have come midway, but for what the shaft slows down meanwhile, every turn at one place.
+        times = np.insert(time, gaps + 1, 0.5 * (time[gaps] + time[gaps + 1]))
+        return times, np.insert(speeds, gaps + 1, speeds[gaps + first]), int(apart[0] + 1)
+    return None
 
 
 def at_middles(time: FloatArray, rows: int) -> tuple[FloatArray, slice]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.analysis.applied import ErrorInput
-from bench.analysis.pulse_times import at_middles, over_turns, pulse_intervals
+from bench.analysis.pulse_times import at_middles, over_turns, pulse_intervals, with_missing_tooth
 from bench.captures import CaptureChannel
 from bench.captures.written_digits import FloatArray
 from drivers.interfaces.text import Text, text
@@ -70,6 +70,21 @@ def read_of_pulses(record: RampRecord) -> tuple[RampRecord, list[Text]]:
         return replace(record, time=time, speed=replace(record.speed, values=speeds, resolution=0.0)), notes
     time, rows = at_middles(record.time, count)
     return replace(record, time=time, speed=replace(record.speed, values=record.speed.values[rows])), [said]
+
+
+def with_each_tooth(record: RampRecord) -> tuple[RampRecord, list[Text]]:
+    """Return a record of pulses with those of a tooth that is missing put in, and what is said of it."""
+    found = with_missing_tooth(record.time, record.speed.values)
+    if found is None:
+        return record, []
+    time, speeds, teeth = found
+    said = text(
+        "once a turn '{name}' is half of what it is before and after, as where one of {teeth} teeth is missing and the logger counts it: "
+        "the interval there is taken for two teeth",
+        name=record.speed.name,
+        teeth=teeth,
+    )
+    return replace(record, time=time, speed=replace(record.speed, values=speeds)), [said]
 
 
 def coasting(record: RampRecord) -> tuple[RampRecord, list[Text]]:

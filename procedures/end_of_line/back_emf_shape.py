@@ -19,6 +19,7 @@ from procedures.core.steps import step
 from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.estimation.emf.emf_shape import EmfShape, emf_shape
 from procedures.estimation.emf.record import DigitizedChannel
+from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.estimation.winding.unbalance import all_at_once, largest_deviation
 from procedures.techniques.acquisition import ranged_record
@@ -41,6 +42,13 @@ _BENT, _SEEN_BENT = 1.4, 1e-3
 _LATE, _BEYOND = math.radians(1.0), 4.0
 #: Frequencies (Hz) of an EMF from which a record does not part mains hum, and the share of the speed that is taken instead.
 _MAINS, _SLOWER = (44.0, 68.0), 0.6
+#: The second speed is such a share of the first, the first of them that is not within the mains' frequencies.
+_SECOND = (0.6, 0.75, 0.45)
+#: What filters hold of the distortion is told beyond so many standard uncertainties, and from this share of the fundamental on.
+_FILTERED, _SEEN_FILTERED = 4.0, 1e-3
+_TWO_SPEEDS = "emf-two-speeds"
+#: What does not exceed so many standard uncertainties widens nothing.
+_CHANCE = 1.5
 
 
 class BackEmfShapeSettings(TurnedWiringSettings):
@@ -52,6 +60,9 @@ class BackEmfShapeSettings(TurnedWiringSettings):
     harmonics: int = Field(default=40, ge=2, le=200, description="highest harmonic that counts as distortion")
     exchange: bool = Field(
         default=False, description="record with the probes on each other's phases too, so that their gains cancel"
+    )
+    two_speeds: bool = Field(
+        default=True, description="record at a lower speed as well, so that what filters the channels is seen"
     )
     both_ways: bool = Field(default=True, description="drive backwards as well, so that what delays a channel cancels")
 
@@ -102,6 +113,8 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         speed = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
         #: What the records show beyond their models.
         self._misfits: list[Misfit] = []
+        #: What filters of the channels have of the distortion, with its uncertainty, where a second speed tells it.
+        self._lost: tuple[FloatArray, FloatArray] | None = None
         known = self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
         record_time = self.settings.periods * 2.0 * math.pi / ((known or _FEW) * speed)
         shapes: list[EmfShape] = []
@@ -118,12 +131,17 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
                 record_time = self.settings.periods / (shape.frequency * (_SLOWER if mains else 1.0))
                 shape = self._recorded(channels, speed, record_time)
             self._forwards.append(shape)
+            if self.settings.two_speeds and not first:
+                share = next(each for each in _SECOND if not _MAINS[0] < each * shape.frequency < _MAINS[1])
+                self._lost = shape.lost(self._recorded(channels, share * speed, record_time / share))
             if self.settings.both_ways:
                 back = self._recorded(channels, -speed, record_time)
                 self._tell_lags(channels, shape, back)
                 self._misfits.append(bent_by(channels, shape, back))
                 shape = shape.with_backwards(back)
             shapes.append(shape)
+        if self._lost is not None:
+            self._misfits.append(filtered_by(channels, *self._lost))
         self._misfit = of_shape(Misfit.together(self._misfits), both_ways=self.settings.both_ways)
         return shapes
 
@@ -212,6 +230,9 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
             )
             + self.bench.uncertainties.limit(
                 "harmonics that a channel's distortion makes", 0.0, _PER_CENT * self._share(THD)
+            )
+            + self.bench.uncertainties.limit(
+                "harmonics that a channel's filter takes", 0.0, _PER_CENT * self._filtered(largest)
             ),
             section=self.section,
             estimator="root of the harmonics' squares over the fundamental, noise taken out",
@@ -242,8 +263,17 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
 
     def _share(self, name: str) -> float:
         """Return what of the fundamental a channel's distortion may take or add, for one of the figures."""
-        widening = [f for f in self._misfit.of(name).findings if f.answer is Answer.WIDENED]
+        told = self._misfit.of(name).findings
+        widening = [f for f in told if f.answer is Answer.WIDENED and f.figures.get("record") != _TWO_SPEEDS]
         return _BENT * max((float(f.figures.get("share", 0.0)) for f in widening), default=0.0)
+
+    def _filtered(self, phase: int) -> float:
+        """Return what filters may have of a phase's distortion that chance does not explain, told or not."""
+        if self._lost is None:
+            return 0.0
+        # The first record has the phases in their order.
+        lost, spread = (float(each[phase]) for each in self._lost)
+        return _BENT * math.sqrt(max(lost**2 - (_CHANCE * spread) ** 2, 0.0))
 
     def _tell_lags(self, channels: Sequence[int], forwards: EmfShape, backwards: EmfShape) -> None:
         """Keep by how much the channels are apart in time, and tell a lag that is none of chance."""
@@ -279,6 +309,16 @@ def bent_by(channels: Sequence[int], forwards: EmfShape, backwards: EmfShape) ->
     return Misfit((Finding(Cause.DISTORTION, Answer.MODELLED, (THD,), score, figures),))
 
 
+def filtered_by(channels: Sequence[int], lost: FloatArray, spread: FloatArray) -> Misfit:
+    """Return which channel's distortion is least like at two speeds, where chance does not explain it."""
+    worst = int(np.argmax(np.abs(lost) / spread))
+    score, share = float(abs(lost[worst]) / spread[worst]), float(abs(lost[worst]))
+    if not (score > _FILTERED and share > _SEEN_FILTERED):
+        return NO_MISFIT
+    figures: dict[str, float | str] = {"record": _TWO_SPEEDS, "channel": str(channels[worst]), "share": share}
+    return Misfit((Finding(Cause.BANDWIDTH, Answer.WIDENED, (THD,), score, figures),))
+
+
 def of_shape(misfit: Misfit, *, both_ways: bool) -> Misfit:
     """Return what the misfit of fundamentals means for sizes and distortion: a channel that bends the wave shows harmonics of its own, and
     one that lost a part of it another size; that channels differ is what the sizes tell.
@@ -290,7 +330,7 @@ def of_shape(misfit: Misfit, *, both_ways: bool) -> Misfit:
         record = finding.figures.get("record")
         if finding.cause in _LOST:
             found.append(replace(finding, answer=Answer.WITHHELD, estimates=(UNBALANCE, THD)))
-        elif record == "emf-both-ways":
+        elif record in ("emf-both-ways", _TWO_SPEEDS):
             found.append(finding)
         elif finding.cause is Cause.UNEXPLAINED:
             # A magnet that is reversed repeats itself every turn and not every period: what no harmonic explains is the motor's as well.

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from sim_instruments.disturbances.first_order import lagged, memory
 
 FloatArray = NDArray[np.float64]
+#: Instants that a mean over time is taken of.
+_PLACES = 8
 #: A signal (V or A at the probe's tip) at times (s).
 Signal = Callable[[FloatArray], FloatArray]
 
@@ -24,7 +26,8 @@ class ChannelPath:
     `compensation`: how much more (relative) a divider passes above the frequency of its `compensation_time` (s) than at DC;
     `pole` (Hz): bandwidth of probe and channel, of first order;
     `resonance` (Hz) with its `damping` (share of the critical one): the inductance of leads or coupling with the probe's or input's
-    capacitance, on which edges ring; `skew` (s): delay against the other channels;
+    capacitance, on which edges ring; `average` (s): over which a converter or an isolating amplifier takes the mean; `skew` (s): delay
+    against the other channels;
     `offset`, and on it `wander` (amplitude) with `wander_period` (s) and `wander_phase` (rad);
     `hum` (amplitude), `hum_frequency` (Hz), `hum_phase` (rad): what the lead picks up;
     `coupling_corner` (Hz): AC coupling, 0 where it is DC;
@@ -40,6 +43,7 @@ class ChannelPath:
     pole: float = math.inf
     resonance: float = math.inf
     damping: float = 0.1
+    average: float = 0.0
     skew: float = 0.0
     offset: float = 0.0
     wander: float = 0.0
@@ -65,7 +69,7 @@ class ChannelPath:
         ):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"channel: {name} is {getattr(self, name)}; it must be positive")
-        for name in ("coupling_corner", "jitter", "hum", "wander"):
+        for name in ("coupling_corner", "jitter", "hum", "wander", "average"):
             if not 0.0 <= getattr(self, name) < math.inf:
                 raise ValueError(f"channel: {name} is {getattr(self, name)}; it must be finite and not negative")
 
@@ -84,7 +88,7 @@ class ChannelPath:
         pole = memory(1.0 / (2.0 * math.pi * self.pole)) if math.isfinite(self.pole) else 0.0
         slow = memory(self.compensation_time) if self.compensation else 0.0
         rings = memory(1.0 / (2.0 * math.pi * self.resonance * self.damping)) if math.isfinite(self.resonance) else 0.0
-        return abs(self.skew) + corner + pole + rings + slow
+        return abs(self.skew) + corner + pole + rings + slow + self.average
 
     def shown(self, signal: Signal, times: FloatArray) -> FloatArray:
         """Return what it shows at evenly spaced times (s)."""
@@ -95,6 +99,8 @@ class ChannelPath:
             stages.append(_low_pass(stages[-1], 1.0 / (2.0 * math.pi * self.pole)))
         if math.isfinite(self.resonance):
             stages.append(_resonant(stages[-1], 2.0 * math.pi * self.resonance, self.damping))
+        if self.average:
+            stages.append(_averaged(stages[-1], self.average))
         stages.append(self._picked_up(stages[-1]))
         if self.coupling_corner:
             stages.append(_high_pass(stages[-1], 1.0 / (2.0 * math.pi * self.coupling_corner)))
@@ -151,6 +157,20 @@ def _resonant(signal: Signal, natural: float, damping: float) -> Signal:
     pole = complex(damping * natural, -turning)
     weight = natural**2 / (1j * turning * pole)
     return lambda times: np.asarray(np.real(weight * lagged(signal, times, 1.0 / pole)))
+
+
+def _averaged(signal: Signal, duration: float) -> Signal:
+    """Return a signal's mean over what has passed of it, by Gauss's rule."""
+    places, weights = np.polynomial.legendre.leggauss(_PLACES)
+
+    def through(times: FloatArray) -> FloatArray:
+        parts = [
+            0.5 * float(weight) * signal(times - 0.5 * duration * (1.0 - float(place)))
+            for place, weight in zip(places, weights, strict=True)
+        ]
+        return np.asarray(np.sum(parts, axis=0))
+
+    return through
 
 
 #: A channel that passes everything as it is.

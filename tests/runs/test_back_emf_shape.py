@@ -190,3 +190,10 @@ def test_hum_of_the_fundamental_s_frequency_is_avoided():
     result, truth = disturbed(slow, 1, 2, 3, hum=0.2)
     assert result.findings["frequency"] == pytest.approx(30.0, rel=0.01)
     assert holds(result.parameter("back_emf_angle_deviation"), truth["back_emf_angle_deviation"])
+
+
+@pytest.mark.parametrize("path", [{"pole": 1000.0}, {"resonance": 1500.0}, {"average": 8e-4}])
+def test_what_filters_all_channels_alike_is_in_the_distortion_and_told(path):
+    result, truth = disturbed(DELTA, 1, 2, 3, **path)
+    assert holds(result.parameter("back_emf_thd"), truth["back_emf_thd"])
+    assert [(row["cause"], row["answer"]) for row in result.findings["misfit"]] == [("bandwidth", "widened")]

@@ -57,6 +57,19 @@ def pulse_a_turn(coast: Coast, _: np.random.Generator) -> Iterator[str]:
     return (f"{t:.6f},{n:.3f}" for t, n in zip(passed[1:], 2.0 * np.pi * RPM / np.diff(passed), strict=True))
 
 
+def missing_tooth(teeth: int) -> Callable[[Coast, np.random.Generator], Iterator[str]]:
+    """Return a logger of each of so many teeth a turn, one of which is missing, that takes every interval for one tooth's."""
+
+    def rows(coast: Coast, random: np.random.Generator) -> Iterator[str]:
+        number = np.arange(teeth * 100_000)
+        passed = coast.when(2.0 * np.pi / teeth * number[number % teeth != random.integers(1, teeth)])
+        return (
+            f"{t:.6f},{n:.2f}" for t, n in zip(passed[1:], 2.0 * np.pi / teeth * RPM / np.diff(passed), strict=True)
+        )
+
+    return rows
+
+
 def hall_edges(coast: Coast, random: np.random.Generator) -> Iterator[str]:
     """Give time and speed of each of 24 edges a turn, which are placed up to 3° (electrical, 4 pole pairs) off."""
     angle = 2.0 * np.pi / 24.0 * np.arange(1_000_002) + np.resize(
@@ -93,6 +106,8 @@ LOGGERS: dict[str, Callable[[Coast, np.random.Generator], Iterator[str]]] = {
     "24 Hall edges a turn": hall_edges,
     "60 teeth, counted for 0.1 s": counted,
     "a whole run from standstill": whole_run,
+    "24 teeth, one missing": missing_tooth(24),
+    "60 teeth, one missing": missing_tooth(60),
 }
 
 

@@ -115,6 +115,8 @@ ROWS: dict[str, Callable[[Shaft, Random], None]] = {
     "quiet speed, both filters": both(quiet, speed_filter, torque_filter),
     "thinning grease": thinning,
     "bare to 5 %, clean": to_share(0.05),
+    "bare to 5 %, thinning grease": both(thinning, to_share(0.05)),
+    "bare to 20 %, thinning grease": thinning,
     "bare to 5 %, Stribeck": both(stribeck, to_share(0.05)),
     "bare to 5 %, Stribeck, Gaussian": both(stribeck_gaussian, to_share(0.05)),
     "bare to 20 %, clean": nothing,

@@ -31,6 +31,12 @@ _SEEN_IN_EMF_BOTH_WAYS = {
         "where the shaft turns the other way: the probe, its amplifier or the converter is not linear. Use another probe or range"
     ),
 }
+_SEEN_IN_EMF_TWO_SPEEDS = {
+    Cause.BANDWIDTH: text(
+        "the distortion differs between the two speeds, most on channel {channel}: a bandwidth, a resonance or an average of probe or "
+        "converter changes it by about {share:.2%} of the fundamental. Use a probe of more bandwidth, or a lower speed (speed_share)"
+    ),
+}
 _SEEN_IN_EMF_MEMORY = {
     Cause.DISTORTION: text(
         "channel {channel} does not change after each turning point and then lags, as hysteresis of a core or a "
@@ -90,6 +96,7 @@ _SEEN_IN_EMF_TO_LINE = {
 SENTENCES = {
     "hall": _SEEN_IN_HALL,
     "emf-both-ways": _SEEN_IN_EMF_BOTH_WAYS,
+    "emf-two-speeds": _SEEN_IN_EMF_TWO_SPEEDS,
     "emf": _SEEN_IN_EMF,
     "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,
     "emf-memory": _SEEN_IN_EMF_MEMORY,

@@ -15,6 +15,8 @@ from procedures.estimation.fitting.noise import undithered
 _LEADING = (1, 5, 7)
 #: Harmonics are read up to this share of the sampling limit.
 _USABLE = 0.9
+#: What odd orders lose stands for a distortion of up to so many times theirs.
+_LIKE_OTHERS = 3.0
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,26 @@ class EmfShape:
         own = 0.5 * np.hypot(self.noise, back.noise)
         size = np.sqrt(np.maximum(np.sum(np.abs(left) ** 2, axis=1) - 2.0 * left.shape[1] * own**2, 0.0))
         return size, own * math.sqrt(2.0 * left.shape[1])
+
+    def lost(self, slower: "EmfShape") -> tuple[FloatArray, FloatArray]:
+        """Return by how much the distortion (3,) is more than that of a wave that nothing filters, and its uncertainty, by the shaft
+        turning slower the same way.
+
+        What a filter of probe or converter takes or adds grows with the frequency's square (a bandwidth, a mean over time, a resonance
+        far above). Harmonics of even order, which a channel may make of a large wave, are left out and taken to lose alike. What a channel
+        shows alone counts where it is seen better than the mean of the three.
+        """
+        odd, at_slower = self._of_odd_orders(), slower._of_odd_orders()
+        off, spread = odd[0] - at_slower[0], np.full(3, math.hypot(odd[1], at_slower[1]))
+        mean, of_mean = float(np.mean(off)), float(spread[0]) / math.sqrt(3.0)
+        better = abs(mean) / of_mean > np.abs(off) / spread
+        # A wave of hardly any odd order says little of the others.
+        whole = np.clip(self.thd / np.maximum(odd[0], 1e-300), 1.0, _LIKE_OTHERS)
+        grown = whole * self.frequency**2 / (self.frequency**2 - slower.frequency**2)
+        return grown * np.where(better, mean, off), grown * np.where(better, of_mean, spread)
+
+    def _of_odd_orders(self) -> tuple[FloatArray, float]:
+        return _distortion(self.harmonics[:, ::2], self.noise)
 
     @staticmethod
     def _mirrored(back: "EmfShape") -> NDArray[np.complex128]:

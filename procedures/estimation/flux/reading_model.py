@@ -230,20 +230,23 @@ class ReadingModel:
             slopes[own, place + 1] = (1j * self._sign_q * through)[own]
         return Predicted(predicted, slopes, np.column_stack((at.real, at.imag)))
 
-    def drop_size(self, unknowns: FloatArray | None, resistance: float) -> float:
+    def drop_size(self, unknowns: FloatArray | None, resistance: float) -> FloatArray:
         """Return what each drop may be (V, standard deviation), by the unknowns of a fit before and the resistance (Ω).
 
-        One knee may have all of what drops, and one near the largest current looks like a resistance.
+        One knee may have all of what drops: where the fit before gives one more than its share, it may be as large as that. One near the
+        largest current looks like a resistance.
         """
         if unknowns is None:
-            return _DROP * self._largest_voltage
-        found = float(np.linalg.norm(unknowns[self.layout.drop]))
+            return np.full(DROP_SHAPES, _DROP * self._largest_voltage)
+        drops = unknowns[self.layout.drop]
         like = _OF_RESISTANCE * resistance * self._largest
-        return max(found, like, _LITTLE * self._largest_voltage) / float(np.sqrt(DROP_SHAPES))
+        share = max(float(np.linalg.norm(drops)), like, _LITTLE * self._largest_voltage) / float(np.sqrt(DROP_SHAPES))
+        # Whatever rises ever less has no weight below zero.
+        return np.maximum(share, drops)
 
-    def known_beforehand(self, flux_scale: float, resistance: float, drop: float) -> FloatArray:
+    def known_beforehand(self, flux_scale: float, resistance: float, drop: FloatArray) -> FloatArray:
         """Return what is known of the unknowns without readings: rows (r, k) whose products with them are 0 with a standard uncertainty
-        of 1; each drop to `drop` (V).
+        of 1; each drop to its `drop` (V).
         """
         layout = self.layout
         spread = np.full(layout.size, np.inf)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bench.analysis.coast_down import analyze_coast_down
-from bench.analysis.pulse_times import at_middles, over_turns, pulse_intervals
-from tests.studies.coast_loggers import Coast, counted, hall_edges, pulse_a_turn
+from bench.analysis.pulse_times import at_middles, over_turns, pulse_intervals, with_missing_tooth
+from tests.studies.coast_loggers import Coast, counted, hall_edges, missing_tooth, pulse_a_turn
 
 
 @pytest.fixture
@@ -71,3 +71,20 @@ def test_what_a_logger_of_pulses_writes_is_held(coast: Coast, tmp_path: Path, lo
     assert high - low < 2.0 * widest * coast.coulomb
     said = any("mean over a time between pulses" in each for each in found["assumptions"])
     assert said == (logger is not counted)
+
+
+@pytest.mark.parametrize("teeth", [12, 24])
+def test_a_tooth_that_is_missing_is_put_in(coast: Coast, tmp_path: Path, teeth: int) -> None:
+    path = tmp_path / "coast.csv"
+    path.write_text("\n".join(("time (s),speed (rpm)", *missing_tooth(teeth)(coast, np.random.default_rng(3)))))
+    found = analyze_coast_down(path, inertia=coast.inertia)
+    low, high = found["parameters"]["coulomb_friction"]["coverage_interval"]
+    assert low <= coast.coulomb <= high
+    assert high - low < 0.05 * coast.coulomb
+    assert any(f"one of {teeth} teeth is missing" in each for each in found["assumptions"])
+
+
+def test_even_teeth_lack_none(coast: Coast) -> None:
+    passed = edges(coast, 24)
+    speeds = 2.0 * np.pi / 24.0 / np.diff(passed)
+    assert with_missing_tooth(passed[1:], speeds) is None

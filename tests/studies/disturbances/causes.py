@@ -9,6 +9,7 @@ from tests.studies.disturbances.drive_causes import BY_DRIVE, SOILS
 
 STEP = ("dq-inductance-time-constant",)
 EMF = ("back-emf-constant",)
+SHAPE = ("back-emf-shape",)
 RAMPS = ("inertia",)
 LEVELS = ("torque-constant",)
 SWEEP = ("dq-inductance-extremes",)
@@ -116,6 +117,19 @@ def _wander(of_step: bool) -> Callable[[Dirt], None]:
         dirt.channel(number, wander=size, wander_period=dirt.log(1.0, 100.0) * record, wander_phase=dirt.phase())
 
     return soil
+
+
+def _alike_slow(dirt: Dirt) -> None:
+    dirt.channel(*VOLTAGES, pole=dirt.log(10.0, 1000.0) * dirt.emf_frequency)
+
+
+def _alike_ringing(dirt: Dirt) -> None:
+    resonance = dirt.log(10.0, 300.0) * dirt.emf_frequency
+    dirt.channel(*VOLTAGES, resonance=resonance, damping=dirt.log(0.03, 0.7))
+
+
+def _alike_averaged(dirt: Dirt) -> None:
+    dirt.channel(*VOLTAGES, average=dirt.log(1e-3, 0.1) / dirt.emf_frequency)
 
 
 # Of the motor
@@ -268,7 +282,7 @@ def _nothing(_: Dirt) -> None:
 
 #: What every row is to be held against: the same procedures on benches that nothing disturbs.
 CLEAN = (
-    *(Cause("none", names, _nothing) for names in (STEP, EMF, RAMPS, SWEEP, BRIDGE_AND_WIRES)),
+    *(Cause("none", names, _nothing) for names in (STEP, EMF, SHAPE, RAMPS, SWEEP, BRIDGE_AND_WIRES)),
     *(Cause("none", names, _nothing, drive=True) for names in BY_DRIVE),
 )
 
@@ -281,6 +295,8 @@ LISTED = (
     Cause("ac-coupled", EMF, _coupled(False)),
     Cause("bandwidth", STEP, _bandwidth(True)),
     Cause("bandwidth", EMF, _bandwidth(False)),
+    Cause("bandwidth", SHAPE, _alike_slow),
+    Cause("ringing", SHAPE, _alike_ringing),
     Cause("skew", STEP, _skew),
     Cause("ringing", STEP, _ringing),
     Cause("probe-factor", STEP, _factor(True)),
@@ -319,6 +335,7 @@ UNLISTED = (
     Cause("probe-compensation", EMF, _compensation(False), listed=False),
     Cause("distortion", STEP, _bow(True), listed=False),
     Cause("distortion", EMF, _bow(False), listed=False),
+    Cause("moving-average", SHAPE, _alike_averaged, listed=False),
     Cause("pulse-counting", RAMPS, _pulses, listed=False),
     Cause("torque-zero-drift", RAMPS, _torque_drift, listed=False),
     Cause("vibration", RAMPS, _vibration, listed=False),

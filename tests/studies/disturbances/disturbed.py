@@ -29,6 +29,8 @@ from tests.studies.worlds.units_in_use import as_sold
 _ORDINARY = re.compile(r"E\d+|raised-step|saliency|delta-from-outside|hidden-circuits")
 #: A data sheet's flux linkage is off by up to this share.
 _STATED = 0.05
+#: A true value that is none.
+_NIL = 1e-9
 #: The figures that are one another times a number are one.
 _ONCE = frozenset({"back_emf_constant_v_per_krpm", "back_emf_constant_v_per_rpm"})
 
@@ -36,7 +38,7 @@ _ONCE = frozenset({"back_emf_constant_v_per_krpm", "back_emf_constant_v_per_rpm"
 @dataclass(frozen=True)
 class Told:
     """One figure of a disturbed bench: its error in half-widths of its interval, whether something was said against it, and the
-    half-width relative to the truth.
+    half-width relative to the truth, as it is where that is 0.
     """
 
     name: str
@@ -57,13 +59,15 @@ class Told:
 
 @dataclass
 class Row:
-    """What became of the figures of one cause."""
+    """What became of the figures of one cause; `said` are the identifiers of notices and causes, `reasons` why procedures gave nothing."""
 
     motors: int = 0
     told: list[tuple[int, Told]] = field(default_factory=list)
     withheld: int = 0
     refused: int = 0
     failed: Counter[str] = field(default_factory=Counter)
+    said: Counter[str] = field(default_factory=Counter)
+    reasons: Counter[str] = field(default_factory=Counter)
 
     def share(self, of: str) -> float:
         """Return the share of the given figures that are `held`, `warned` or `sure_and_wrong`."""
@@ -121,7 +125,10 @@ def measure_disturbed(seed: int, index: int, cause: Cause, two: bool = False) ->
         done = carry_out(bench, plate, int(random.integers(1 << 31)), plan, drive=drive)
     truth, flux = true_values(PARAMETERS, dirt.motor), flux_at(dirt.motor, ambient)
     row = Row(1, refused=len(done.refused), failed=Counter(dict(done.failed).values()))
+    row.reasons += Counter(dict(done.refused).values())
     for result in done.results:
+        row.said += Counter(notice.identifier for notice in result.warnings)
+        row.said += Counter(str(finding["cause"]) for finding in result.findings.get("misfit", []))
         row.told += [(index, one) for one in _told(result, {**truth, **map_truth(dirt.motor, result, flux)})]
         row.told += [(index, one) for one in _points(dirt.motor, result, flux)]
         row.withheld += sum(one.name in truth and one.name not in _ONCE for one in getattr(result, "withheld", ()))
@@ -147,7 +154,7 @@ def _told(result: ProcedureResult, truth: Mapping[str, float]) -> Iterator[Told]
         off = abs(0.5 * (one.high + one.low) - one.truth)
         seen = any(not row["parameters"] or parameter.name in row["parameters"] for row in misfit)
         error = off / half if half else math.inf if off else 0.0
-        yield Told(one.name, error, against or seen, half / abs(one.truth))
+        yield Told(one.name, error, against or seen, half / (abs(one.truth) if abs(one.truth) > _NIL else 1.0))
 
 
 def add(total: Row, one: Row) -> None:
@@ -157,6 +164,8 @@ def add(total: Row, one: Row) -> None:
     total.withheld += one.withheld
     total.refused += one.refused
     total.failed += one.failed
+    total.said += one.said
+    total.reasons += one.reasons
 
 
 def table(rows: Mapping[str, Row]) -> Iterator[str]:
