@@ -77,7 +77,7 @@ class SixStepFigures:
         return judge_loads(points, self.winding, self.switch_resistance, self.connection, self.pole_pairs)
 
     def parts(self, loads: JudgedLoads, magnet_coefficient: float) -> Parts:
-        """Tell k_e, at 25 °C by the magnets' coefficient (1/K), and R_t, from the mean voltages of all loads; return both with the winding."""
+        """Tell k_e, at 25 °C by the magnets' coefficient (1/K), and R_t, from the mean voltages of all loads; return both."""
         given = self.switch_resistance
         seen = loads.points.separated()
         constant, switch, residual = fit_emf(
