@@ -44,13 +44,16 @@ class TypedWinding:
 class TypedEmf:
     """What was typed of the EMF at 25 °C: k_e (V·s/rad, mean between the conducting terminals) or λ (V·s), its half-width (same unit), and
     how far the Hall sensors may lead or lag (rad, electrical).
+
+    `leads` (Ω) is what lies between the voltmeter and the drive's own terminals, None where nobody says.
     """
 
     constant: float | None = None
     flux_linkage: float | None = None
     uncertainty: float | None = None
-    commutation: float = math.radians(5.0)
+    commutation: float = math.radians(15.0)
     magnet_coefficient: float = -0.001
+    leads: float | None = None
 
     def at_25(self, pole_pairs: int | None) -> tuple[float, float] | None:
         """Return k_e (V·s/rad) at 25 °C and its half-width as typed, None where it was not; by a flux linkage it holds for a sine."""

@@ -36,7 +36,7 @@ class SuppliedLoads:
     """Loads with the EMF constant (V·s/rad) at each, as the magnets are there and as the bridge commutates.
 
     `least_resistance` (Ω, shape (n,)) is what windings and switches have at least, 0 where it is not known; `frequencies` (Hz, shape (n,))
-    are the EMF's, None where they were not read.
+    are the EMF's, None where they were not read; `warmth` (n,) is by which share the copper has more than at 25 °C.
     """
 
     points: Sequence[LoadPoint]
@@ -44,6 +44,7 @@ class SuppliedLoads:
     least_resistance: FloatArray
     frequencies: FloatArray | None
     pole_pairs: int | None
+    warmth: FloatArray
 
     def found(self, unc: Uncertainties) -> tuple[list[UncertainReal], LoadVerdict]:
         """Return R_eq = (V_bus − k_e·ω)/I_s (Ω) at each load, with what the loads show beyond the model, and which of them count."""
@@ -61,6 +62,7 @@ class SuppliedLoads:
             judged = judged.also(above)
         judged = self._voltages(self._plane(left, judged.speeds), judged)
         judged = self._powers(left, judged)
+        judged = judged.also(self._over_speed(left, currents, judged))
         told = tuple(_about_supply(each) for each in judged.misfit.findings)
         judged = replace(judged, misfit=Misfit(told))
         return [
@@ -102,6 +104,28 @@ class SuppliedLoads:
             "record": "six-step-emf",
         }
         return Misfit((Finding(Cause.CHANNELS_DIFFER, Answer.WITHHELD, figures=figures),))
+
+    def _over_speed(
+        self, left: Sequence[UncertainReal], currents: Sequence[UncertainReal], judged: LoadVerdict
+    ) -> Misfit:
+        """Return that R_eq changes over the speed as no drive's does, which grows from what is there at standstill."""
+        slow, fast = (pick(judged.kept, key=lambda k: judged.speeds[k]) for pick in (min, max))
+        ratio = float(judged.speeds[fast] / judged.speeds[slow])
+        heavy, light = left[slow] / currents[slow], left[fast] / currents[fast]
+        at = self.points[slow], self.points[fast]
+        warm = max(self.warmth[slow] - self.warmth[fast], 0.0)
+        allowed = _BENDS * abs(float(heavy.x))
+        beyond = (light - heavy * ratio, heavy * (1.0 - warm) - light)
+        if all(float(b.x) <= allowed + 2.0 * float(b.u) for b in beyond):
+            return Misfit()
+        figures: dict[str, float | str] = {
+            "heavy": float(heavy.x),
+            "light": float(light.x),
+            "more": at[0].bus_current.value,
+            "less": at[1].bus_current.value,
+            "record": "six-step-speed",
+        }
+        return Misfit((Finding(Cause.UNEXPLAINED, Answer.WITHHELD, figures=figures),))
 
     def _voltages(self, plane: VoltagePlane, judged: LoadVerdict) -> LoadVerdict:
         """Leave out a load that contradicts the others where no other EMF constant would explain it as well, and judge what is left."""

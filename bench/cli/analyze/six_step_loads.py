@@ -78,7 +78,7 @@ class WindingOptions:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class EmfOptions:
-    """What is known of the EMF, for a table without captures.
+    """What is known of the EMF and the voltmeter's place, for a table without captures.
 
     Parameters
     ----------
@@ -89,7 +89,10 @@ class EmfOptions:
     emf_uncertainty
         Half-width of the uncertainty of either, in its unit. Default: 1 % of it.
     commutation_angle
-        Angle by which the bridge commutates early or late at most, electrical degrees.
+        Angle by which the bridge commutates early or late at most, electrical degrees: 5 for Hall sensors that are not advanced.
+    lead_resistance
+        Resistance of both leads between voltmeter and drive, ohm, where the voltage was not read at the drive's own terminals; known
+        within 20 %. 0 where it was.
     magnet_coefficient
         Temperature coefficient of the magnets' flux, 1/K.
 
@@ -98,7 +101,8 @@ class EmfOptions:
     line_emf_constant: float | None = None
     flux_linkage: float | None = None
     emf_uncertainty: float | None = None
-    commutation_angle: float = 5.0
+    commutation_angle: float = 15.0
+    lead_resistance: float | None = None
     magnet_coefficient: float = -0.001
 
     def typed(self) -> "TypedEmf":
@@ -113,6 +117,7 @@ class EmfOptions:
         _above_zero("--flux-linkage", self.flux_linkage, 100.0)
         _not_negative("--emf-uncertainty", self.emf_uncertainty, 1e3)
         _not_negative("--commutation-angle", self.commutation_angle, 60.0)
+        _not_negative("--lead-resistance", self.lead_resistance, 1e3)
         _not_negative("--magnet-coefficient", -self.magnet_coefficient, 0.01)
         return TypedEmf(
             self.line_emf_constant,
@@ -120,6 +125,7 @@ class EmfOptions:
             self.emf_uncertainty,
             math.radians(self.commutation_angle),
             self.magnet_coefficient,
+            self.lead_resistance,
         )
 
 

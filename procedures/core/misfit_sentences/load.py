@@ -108,6 +108,13 @@ _SEEN_IN_SIX_STEP_EMF = {
         "motor that drives has: check the EMF constant's unit and terminals, the speed's unit, and the tachometer's marks a turn"
     ),
 }
+_SEEN_IN_SIX_STEP_SPEED = {
+    Cause.UNEXPLAINED: text(
+        "R_eq would be {light:.3g} Ω at {less:.3g} A and {heavy:.3g} Ω at {more:.3g} A, but a drive's grows with the speed, and no faster "
+        "than it: look for an EMF constant in another unit or of another motor, a tachometer with other marks a turn, commutation that "
+        "leads or lags, an inverter that chops the voltage, and a voltmeter that is not at the drive's own terminals"
+    ),
+}
 _SEEN_IN_SIX_STEP_TORQUE = {
     Cause.LOAD_POINT: text(
         "the torque reading at {torque:.3g} N·m differs by {missing:.3g} N·m from the torque by the currents "
@@ -131,5 +138,6 @@ SENTENCES = {
     "six-step-current": _SEEN_IN_SIX_STEP_CURRENT,
     "six-step-supply": _SEEN_IN_SIX_STEP_SUPPLY,
     "six-step-emf": _SEEN_IN_SIX_STEP_EMF,
+    "six-step-speed": _SEEN_IN_SIX_STEP_SPEED,
     "six-step-torque": _SEEN_IN_SIX_STEP_TORQUE,
 }
