@@ -116,7 +116,11 @@ def _constant_voltage(loads: LoadTable) -> bool:
     grown = float(np.ptp(loads.current))
     if grown < _GROWN * float(loads.current.max()):
         return False
-    fall = -float(np.polyfit(loads.current, loads.voltage, 1)[0]) * grown
+    # The median of all pairs' slopes: one row that is mistyped does not decide.
+    first, then = np.triu_indices(loads.current.size, 1)
+    apart = loads.current[then] - loads.current[first] > 0.0
+    slopes = (loads.voltage[then] - loads.voltage[first])[apart] / (loads.current[then] - loads.current[first])[apart]
+    fall = -float(np.median(slopes)) * grown
     return fall < _FALLS * float(loads.voltage.mean())
 
 
