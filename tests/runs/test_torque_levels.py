@@ -64,7 +64,7 @@ def test_a_filter_that_somebody_left_at_the_transducer_is_shortened_and_given_ba
     assert found.findings["settling"] == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize("drift", [-3e-3, 3e-3, 1e-2])
+@pytest.mark.parametrize("drift", [3e-3, 1e-2])
 def test_a_zero_that_moves_while_the_current_rises_is_no_slope(drift):
     """Levels rise all the time: before the first was read once more, 3 mN·m/s were −3.6 % at an interval of ± 2 %."""
     setting = BenchSetting(disturbances=Disturbances(sensors=ShaftSensors(torque_drift=drift)))
