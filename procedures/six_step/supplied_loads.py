@@ -27,6 +27,8 @@ from procedures.six_step.parts import covariance
 
 #: How far R_eq may be from a straight line over the speed, in the middle of the loads: copper warms, and R_c bends.
 _BENDS = 0.1
+#: What contradicts is off by its whole size, beside all other errors: a root of squares does not hold both.
+_AT_ITS_END = 1.3
 #: The record that findings are about.
 _RECORD = "six-step-supply"
 
@@ -178,10 +180,9 @@ class SuppliedLoads:
         voltage, current = point.bus_voltage.value, point.bus_current.value
         off = (judged.voltage * voltage + judged.speed * abs(float(self.emf[at].x)) * point.speed.value) / current
         found = resistance
-        if off:
-            found = found + unc.limit("loads that contradict each other", 0.0, off)
-        for shift in judged.shifts:
-            found = found + unc.limit("loads that contradict each other", 0.0, abs(float(shift[0])))
+        for each in (off, *(abs(float(shift[0])) for shift in judged.shifts)):
+            if each:
+                found = found + unc.limit("loads that contradict each other", 0.0, _AT_ITS_END * each)
         return found
 
 
