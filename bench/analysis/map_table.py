@@ -27,12 +27,13 @@ _UNITS = {
     "vs": ("V·s", 1.0), "v·s": ("V·s", 1.0), "v*s": ("V·s", 1.0), "wb": ("V·s", 1.0), "mvs": ("V·s", 1e-3), "mwb": ("V·s", 1e-3),
     "mv·s": ("V·s", 1e-3), "mv*s": ("V·s", 1e-3),
     **dict.fromkeys(("uvs", "µvs", "μvs", "uwb", "µwb", "μwb"), ("V·s", 1e-6)),
+    **dict.fromkeys(("°c", "degc", "deg c", "celsius", "℃"), ("°C", 1.0)),
     "w": ("W", 1.0), "watt": ("W", 1.0), "watts": ("W", 1.0), "kw": ("W", 1e3),
 }  # fmt: skip
 #: What a refusal offers for a unit.
 _OFFERED = {
     "A": ("A", "mA", "A rms"), "V·s": ("Vs", "mVs", "Wb", "mWb"), "N·m": ("Nm", "mNm"), "W": ("W", "kW"), "rad/s": ("rpm", "rad/s"),
-    "H": ("H", "mH", "uH"), "rad": ("deg", "rad"),
+    "H": ("H", "mH", "uH"), "rad": ("deg", "rad"), "V": ("V", "mV"), "Hz": ("Hz", "kHz"), "°C": ("°C",),
 }  # fmt: skip
 _RMS = re.compile(r"[\s_,]*(?:rms|eff)(?![a-z])")
 _PEAK = re.compile(r"[\s_,]*(?:peak|pk)(?![a-z-])")

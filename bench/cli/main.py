@@ -69,6 +69,11 @@ def make_app() -> App:
         help="A measured six-step drive at another load and voltage.",
     )
     analyze.command(
+        "bench.cli.analyze.six_step_loads:six_step_loads",
+        name="six-step-loads",
+        help="Equivalent resistance of a six-step drive's load points.",
+    )
+    analyze.command(
         "bench.cli.analyze.table:table", name="table", help="Compare published figures with those of a run or a motor."
     )
     for name, words in (

@@ -21,7 +21,7 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.shaft.shaft_readings import ShaftReadings
-from procedures.techniques.shaft.torque_levels import TorqueLevels, torque_at_levels
+from procedures.techniques.shaft.torque_levels import MovedZero, TorqueLevels, torque_at_levels
 from procedures.techniques.temperature.correction import magnet_factor, winding_temperature
 from procedures.techniques.temperature.settings import (
     MagnetCoefficient,
@@ -94,6 +94,18 @@ def contradiction(ratio: UncertainReal, record: str = "torque-constant") -> tupl
     answer = Answer.WITHHELD if abs(math.log(max(float(ratio.x), 1e-9))) > _MOST_APART else Answer.WIDENED
     figures: dict[str, float | str] = {"record": record, "ratio": float(ratio.x), "off": off}
     return excess, Misfit((Finding(Cause.CHANNELS_DIFFER, answer, ("torque_constant",), off / own, figures),))
+
+
+def _moved_zero(zero: MovedZero, torques: FloatArray) -> Misfit:
+    """Return what is said of a torque's zero that moved while the torques (N·m) were read."""
+    figures: dict[str, float | str] = {
+        "record": "torque-constant",
+        "drift": abs(zero.moved),
+        "share": abs(zero.moved) / float(np.ptp(torques)),
+        "time": zero.time,
+    }
+    score = abs(zero.moved) / zero.uncertainty
+    return Misfit((Finding(Cause.TORQUE_ZERO, Answer.WIDENED, ("torque_constant",), score, figures),))
 
 
 class TorqueConstant(Procedure[TorqueConstantSettings]):
@@ -214,6 +226,9 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             fit.uncertainty("torque_constant"),
             fit.degrees_of_freedom,
         )
+        if taken.zero is not None:
+            slope = slope + bench.uncertainties.limit(text("torque's zero that moved"), 0.0, taken.zero.left)
+            self.tell_misfit(_moved_zero(taken.zero, torques))
         # The fit takes out an offset. Where only a share of full scale is stated, it may be a slope all the same: it then
         # tilts the line by as much at its ends.
         for name, accuracy, reach in (

@@ -59,9 +59,9 @@ def judge_loads(
         torque=_each(read, lambda p: p.shaft_torque.value),
         supplied=np.array([six_step.supplied_average(line) for _, line, _ in seen]),
     )
-    speed = _limits([p.speed for p in read], [0.0] * len(read))
+    speed = meter_limits([p.speed for p in read], [0.0] * len(read))
     current, volts, torque = (
-        _limits([a.reading for a in of], [a.scatter for a in of])
+        meter_limits([a.reading for a in of], [a.scatter for a in of])
         for of in zip(*((p.bus_current, p.bus_voltage, p.shaft_torque) for p in read), strict=True)
     )
     line = MeterLimits(
@@ -130,7 +130,7 @@ def _each(points: Sequence[LoadPoint], of: Callable[[LoadPoint], float]) -> Floa
     return np.array([of(point) for point in points])
 
 
-def _limits(readings: Sequence[Reading], scatter: Sequence[float]) -> MeterLimits:
+def meter_limits(readings: Sequence[Reading], scatter: Sequence[float]) -> MeterLimits:
     """Return what was stated of readings, relative to them; `scatter` is the standard uncertainty of each from its repeats."""
     value = np.array([abs(each.value) or np.inf for each in readings])
     stated = [each.accuracy for each in readings]

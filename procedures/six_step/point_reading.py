@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from drivers.interfaces import Instrument, Reading, Waveform
+from drivers.interfaces import Instrument, Reading
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import DRIVE, CurrentProbe, DoubtReading
 from procedures.core.bench import ProcedureError
 from procedures.core.procedure import Procedure
 from procedures.estimation.emf.back_emf import fit_back_emf
-from procedures.estimation.fitting.fit import EstimationError
-from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
-from procedures.estimation.six_step import currents as six_step
+from procedures.six_step.line_record import separated_line
 from procedures.six_step.load_points import Averaged, LoadPoint, averaged
 from procedures.six_step.settings import EquivalentResistanceSettings
 from procedures.techniques.acquisition import ranged_record
@@ -64,28 +62,11 @@ def read_point(
         bus_voltage=mean(text("DC link voltage"), "V", bench.drive, bench.drive.measure_bus_voltage),
         bus_current=bus_current,
         electrical_frequency=fit.frequency,
-        line=_line(procedure, torque, wave, fit.frequency),
+        line=separated_line(procedure, torque, wave, fit.frequency),
         current_accuracy=wave.accuracy,
         begun=begun,
         read=bench.clock.now(),
     )
-
-
-def _line(procedure: Procedure[Any], torque: float, wave: Waveform, frequency: float) -> six_step.LineCurrent | None:
-    """Return the line's current folded, or None where it does not show when it is switched on, or is cut off."""
-    if wave.clipped:
-        lost = float(np.mean(np.abs(wave.values) >= np.max(np.abs(wave.values)) - wave.resolution))
-        figures: dict[str, float | str] = {"torque": torque, "lost": lost, "record": "six-step"}
-        procedure.tell_misfit(Misfit((Finding(Cause.CLIPPED, Answer.MODELLED, figures=figures),)))
-        return None
-    try:
-        return six_step.fold(wave.time, wave.values, frequency)
-    except EstimationError as problem:
-        procedure.notice(
-            "not-separated",
-            text("at {torque:.3g} N·m the parts cannot be separated: {problem}", torque=torque, problem=str(problem)),
-        )
-    return None
 
 
 def _speed(procedure: Procedure[Any], torque: float, frequency: float, pole_pairs: int | None) -> Reading:

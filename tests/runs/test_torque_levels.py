@@ -64,6 +64,20 @@ def test_a_filter_that_somebody_left_at_the_transducer_is_shortened_and_given_ba
     assert found.findings["settling"] == pytest.approx(0.1)
 
 
+@pytest.mark.parametrize("drift", [3e-3, 1e-2])
+def test_a_zero_that_moves_while_the_current_rises_is_no_slope(drift):
+    """Levels rise all the time: before the first was read once more, 3 mN·m/s were −3.6 % at an interval of ± 2 %."""
+    setting = BenchSetting(disturbances=Disturbances(sensors=ShaftSensors(torque_drift=drift)))
+    with VirtualBench(MOTOR, seed=5, setting=setting, sockets=False) as bench:
+        found = measure(bench, FILE.nameplate, "torque-constant")
+    assert holds(found)
+    assert found.parameter("torque_constant").value == pytest.approx(TRUTH, rel=5e-3)
+    (told,) = found.findings["misfit"]
+    assert told["cause"] == "torque-zero-drift"
+    assert told["figures"]["drift"] == pytest.approx(abs(drift) * told["figures"]["time"], rel=0.1)
+    assert found.findings["settling"] == pytest.approx(0.1)
+
+
 def test_right_wires_are_not_accused_while_the_torque_of_the_run_up_is_still_shown():
     motor, plate = draw_motor(np.random.default_rng([7, 48]))
     with VirtualBench(motor, seed=5, sockets=False) as bench:

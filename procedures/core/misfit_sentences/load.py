@@ -90,6 +90,31 @@ _SEEN_IN_SIX_STEP_CURRENT = {
         "the other {left:.0f} loads, so this load is left out: check the ranges of both meters, and measure again"
     ),
 }
+#: What is said of loads that are read at the source and the shaft alone, and of an EMF above the voltage.
+_SEEN_IN_SIX_STEP_SUPPLY = {
+    Cause.LOAD_POINT: text(
+        "at {torque:.3g} N·m the bus voltage less the EMF differs by {off:+.1%} of the bus voltage from what the other {left:.0f} loads "
+        "give for this current and speed, so this load is left out: look for a digit that is mistyped, let it settle, and measure again"
+    ),
+    Cause.UNEXPLAINED: text(
+        "the bus voltages of {loads:.0f} loads, less the EMF, contradict each other by {worst:.2%}, and no single load is the cause: look "
+        "for an EMF constant in another unit or of another motor, a tachometer with other marks a turn, commutation that leads or lags, an "
+        "inverter that chops the voltage, and a voltmeter that is not at the drive's own terminals"
+    ),
+}
+_SEEN_IN_SIX_STEP_EMF = {
+    Cause.CHANNELS_DIFFER: text(
+        "at {torque:.3g} N·m the EMF, {emf:.4g} V by the EMF constant and the speed, is above the bus voltage of {voltage:.4g} V, which no "
+        "motor that drives has: check the EMF constant's unit and terminals, the speed's unit, and the tachometer's marks a turn"
+    ),
+}
+_SEEN_IN_SIX_STEP_SPEED = {
+    Cause.UNEXPLAINED: text(
+        "R_eq would be {light:.3g} Ω at {less:.3g} A and {heavy:.3g} Ω at {more:.3g} A, but a drive's grows with the speed, and no faster "
+        "than it: look for an EMF constant in another unit or of another motor, a tachometer with other marks a turn, commutation that "
+        "leads or lags, an inverter that chops the voltage, and a voltmeter that is not at the drive's own terminals"
+    ),
+}
 _SEEN_IN_SIX_STEP_TORQUE = {
     Cause.LOAD_POINT: text(
         "the torque reading at {torque:.3g} N·m differs by {missing:.3g} N·m from the torque by the currents "
@@ -111,5 +136,8 @@ SENTENCES = {
     "short-circuit": _SEEN_IN_SHORT_CIRCUIT,
     "six-step": _SEEN_IN_SIX_STEP,
     "six-step-current": _SEEN_IN_SIX_STEP_CURRENT,
+    "six-step-supply": _SEEN_IN_SIX_STEP_SUPPLY,
+    "six-step-emf": _SEEN_IN_SIX_STEP_EMF,
+    "six-step-speed": _SEEN_IN_SIX_STEP_SPEED,
     "six-step-torque": _SEEN_IN_SIX_STEP_TORQUE,
 }

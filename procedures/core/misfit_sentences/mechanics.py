@@ -85,6 +85,10 @@ _SEEN_IN_COGGING_START = {
 }
 #: What is said of a torque constant: `record` = "torque-constant".
 _SEEN_IN_TORQUE_CONSTANT = {
+    Cause.TORQUE_ZERO: text(
+        "the torque's zero, or the friction, moved by {drift:.3g} N·m ({share:.1%} of the torques' span) in {time:.0f} s, read at the "
+        "first current once more: it is taken out as if it moved evenly. Let transducer and bearings warm up"
+    ),
     Cause.CHANNELS_DIFFER: text(
         "torque over current on the dynamometer is {ratio:.4g} times 1.5·p·λ ({off:+.1%}), more than the stated limits of torque, current "
         "and flux linkage explain: check pole pairs, peak against rms current, the inverter's current scale with a meter, the "

@@ -27,7 +27,7 @@ _FACTOR = 0.25
 #: Relative errors that no reading shows: of a frequency and the time base, of a mean current whose state begins half a degree late.
 _FREQUENCY, _CURRENT, _POWER = 1e-4, 1.5e-3, 4e-3
 #: Chance of a χ² that is one; other explanations within so much of the best are not excluded.
-_CHANCE, _CLOSE = 1e-3, 12.0
+_CHANCE, CLOSE = 1e-3, 12.0
 #: What a direction takes off χ² by chance, in more than nine of ten records.
 _NOTICED = 3.0
 #: Relative to R_c: a bend that matters; and the chance of one that is none.
@@ -185,7 +185,7 @@ def judge_voltages(plane: VoltagePlane, readings: LoadReadings, before: LoadVerd
         len(kept) >= _ENOUGH
         and special.chdtrc(freedom - 1, without[best][1]) > _CHANCE
         and not hidden
-        and all(chi - without[best][1] > _CLOSE for k, (_, chi) in without.items() if k != best)
+        and all(chi - without[best][1] > CLOSE for k, (_, chi) in without.items() if k != best)
     )
     if told:
         kept.remove(best)

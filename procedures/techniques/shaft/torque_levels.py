@@ -11,6 +11,7 @@ from drivers.interfaces import Accuracy, InverterAbility
 from drivers.interfaces.text import text
 from procedures.core.bench import ProcedureError
 from procedures.estimation.fitting.fit import Fit
+from procedures.estimation.fitting.misfit import ALARM
 from procedures.estimation.fitting.noise import undithered
 from procedures.estimation.mechanics.torque_constant import (
     InducedConstant,
@@ -29,6 +30,21 @@ _AT_FIRST = 10.0
 _UNEVEN = (0.5, 1.5)
 #: Where the torque still moves by less than this share of a step, the level before it has been forgotten.
 _LEFT = 0.02
+#: Share of what a moving zero does to the slope by which a course that bends may leave the straight line between its two ends.
+_BEND = 0.25
+
+
+@dataclass(frozen=True)
+class MovedZero:
+    """What the torque's zero moved by (N·m) in a `time` (s) while the levels were taken, with its standard `uncertainty`.
+
+    It is taken out already; `left` (N·m/A) is the half-width of what may be left of it in the slope over the current.
+    """
+
+    moved: float
+    uncertainty: float
+    time: float
+    left: float
 
 
 @dataclass(frozen=True)
@@ -36,7 +52,8 @@ class TorqueLevels:
     """Current (A, peak) and the motor's torque on the shaft (N·m), both of shape (levels, readings), and their accuracies.
 
     `settling` (s) is how long each level was waited for. `voltages` (V, peak, d + j·q, of that shape) are the inverter's, with their
-    accuracy, where it tells them, and `speeds` (rad/s) the shaft's.
+    accuracy, where it tells them, and `speeds` (rad/s) the shaft's; `times` (s, of that shape) when they were read, and `zero` is how the
+    torque's zero moved meanwhile, None where it stayed.
     """
 
     currents: NDArray[np.float64]
@@ -48,6 +65,8 @@ class TorqueLevels:
     voltages: NDArray[np.complex128] | None
     voltage_accuracy: Accuracy
     speed_accuracy: Accuracy
+    times: NDArray[np.float64]
+    zero: MovedZero | None = None
 
     def induced(self) -> InducedConstant | None:
         """Return the torque constant (N·m/A) that the voltage at no current tells, None where the inverter tells no voltages."""
@@ -77,8 +96,11 @@ def torque_at_levels(
     """
     for share in _LONGER:
         taken = _taken(shaft, levels, readings, interval, share * settling, speed)
+        if shaft.bench.dynamometer.read_by_hand:
+            return taken
+        taken = _with_zero(taken, _taken(shaft, levels[:1], readings, interval, share * settling, speed))
         drift = drift_within_levels(taken.torques, taken.torque_accuracy.resolution)
-        if not drift or shaft.bench.dynamometer.read_by_hand:
+        if not drift:
             return taken
     if abs(drift) < _LEFT * abs(float(np.mean(np.diff(taken.torques.mean(axis=1))))):
         # Alike at all levels but the first, it is an offset of the others.
@@ -87,6 +109,7 @@ def torque_at_levels(
             currents=taken.currents[1:],
             torques=taken.torques[1:],
             speeds=taken.speeds[1:],
+            times=taken.times[1:],
             voltages=None if taken.voltages is None else taken.voltages[1:],
         )
     raise ProcedureError(
@@ -103,7 +126,7 @@ def _taken(
 ) -> TorqueLevels:
     bench = shaft.bench
     shape = len(levels), readings
-    currents, torques, speeds = np.empty(shape), np.empty(shape), np.empty(shape)
+    currents, torques, speeds, times = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
     voltages = np.empty(shape, complex) if InverterAbility.VOLTAGES in bench.inverter.abilities else None
     # At even intervals, cogging and the ripple of the current's torque would show the same few angles again and again: a ripple that
     # grows with the current is then a slope. Any fixed sequence that is not periodic does.
@@ -118,6 +141,7 @@ def _taken(
             check_held(bench, [read], speed)
             # What the dynamometer puts on the shaft, the motor takes off.
             torques[place, number], speeds[place, number] = -read.torque, read.speed
+            times[place, number] = bench.clock.now()
             torque_accuracy, speed_accuracy = read.torque_accuracy, read.speed_accuracy
             if voltages is None:
                 current = bench.inverter.measure_current()
@@ -129,5 +153,25 @@ def _taken(
                 voltage_accuracy = told.voltage_accuracy
     return TorqueLevels(
         currents, torques, current_accuracy, torque_accuracy, settling, speeds, voltages, voltage_accuracy,
-        speed_accuracy,
+        speed_accuracy, times,
     )  # fmt: skip
+
+
+def _with_zero(taken: TorqueLevels, again: TorqueLevels) -> TorqueLevels:
+    """Return levels without what the torque's zero moved by from their first one to the same one `again`: over levels that rise all the
+    time it would be a slope.
+    """
+    current, torque = taken.currents.mean(axis=1), taken.torques.mean(axis=1)
+    slope = fit_torque_constant(current, torque).value("torque_constant")
+    first, then = (each.torques[0] - slope * each.currents[0] for each in (taken, again))
+    moved = float(then.mean() - first.mean())
+    step = math.hypot(taken.torque_accuracy.resolution, slope * taken.current_accuracy.resolution)
+    uncertainty = math.sqrt((np.var(first, ddof=1) + np.var(then, ddof=1)) / first.size + step**2 / 6.0)
+    if first.size < 2 or abs(moved) <= ALARM * uncertainty:
+        return taken
+    time = float(again.times.mean() - taken.times[0].mean())
+    course = (taken.times - float(taken.times.mean())) / time
+    # Per unit of what moved.
+    lever = fit_torque_constant(current, course.mean(axis=1)).value("torque_constant")
+    zero = MovedZero(moved, uncertainty, time, abs(lever) * (_BEND * abs(moved) + 2.0 * uncertainty))
+    return replace(taken, torques=taken.torques - moved * course, zero=zero)

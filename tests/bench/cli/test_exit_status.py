@@ -44,6 +44,7 @@ WRONG = (
     "analyze four-wire {bad}",
     "analyze cogging {bad}",
     "analyze six-step {other}",
+    "analyze six-step-loads {bad}",
     "analyze table {bad}",
     "analyze flux-map {bad}",
     "analyze short-circuit {bad}",

@@ -36,6 +36,7 @@ INPUTS = {
     "analyze four-wire": ["FILE"],
     "analyze cogging": ["FILE"],
     "analyze six-step": ["FILE --load 0.5"],
+    "analyze six-step-loads": ["FILE"],
     "analyze table": ["FILE --motor lg-400w"],
     "sim six-step": ["--motor FILE --load 0.5"],
     "sim serve": ["--motor FILE", "--motor lg-400w --disturbances FILE", "--motor lg-400w --faults FILE"],
