@@ -3,9 +3,9 @@
 `python -m tests.studies.six_step_tables [--records N] [--seed S] [--row K] [--missed]`
 
 Drives are drawn and solved exactly, with winding and magnets warming from load to load, as in `six_step_misfit`; a table is written as a
-person does, rounded and with one reading a load, and read by the command's own analysis, in the last rows with a capture of a line's current
-a load. The EMF constant is typed off by up to what is typed of it, the Hall sensors are off by up to 5°. Every cause is drawn from negligible to gross. The truth of R_eq is at the
-drive's own terminals, with the open-circuit EMF, at the largest load that counts.
+person does, rounded and with one reading a load, and read by the command's own analysis, in the last rows with a capture of a line's
+current a load. The EMF constant is typed off by up to what is typed of it, the Hall sensors are off by up to 5°. Every cause is drawn from
+negligible to gross. The truth of R_eq is at the drive's own terminals, with the open-circuit EMF, at the largest load that counts.
 """
 
 import argparse
