@@ -11,6 +11,7 @@ import numpy as np
 from bench.analysis.applied import AppliedAccuracy
 from bench.analysis.outcome import AnalysisOutcome, named, pick, refuse_copies
 from bench.analysis.outcome_teller import OutcomeTeller
+from bench.analysis.six_step_leads import at_the_drive
 from bench.analysis.six_step_supply import tell_by_supply
 from bench.analysis.six_step_table import LoadTable, load_table
 from bench.analysis.six_step_typed import TypedEmf, TypedWinding
@@ -112,7 +113,9 @@ def analyze_six_step_loads(
     before = loads.before + thermometer
     teller = OutcomeTeller(outcome)
     try:
-        points = _points(loads, records, applied, teller)
+        read_points = _points(loads, records, applied, teller)
+        concerned = ("equivalent_resistance", "switch_resistance")[: 2 if records else 1]
+        points = at_the_drive(outcome, loads, read_points, known.leads, concerned)
         if records:
             _by_waveforms(
                 outcome,

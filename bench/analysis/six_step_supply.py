@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from GTC.lib import UncertainReal
@@ -21,15 +20,6 @@ from procedures.techniques.temperature.correction import MAGNET_SPREAD
 from procedures.techniques.temperature.settings import COLD
 
 _RPM = 30.0 / math.pi
-#: A voltage that falls by less than this from the least to the largest current, which is so much of the largest apart, is regulated.
-_FALLS, _GROWN = 2e-3, 0.2
-#: What is typed of leads is known within so much of it.
-_LEADS, _LEADS_KNOWN = text("resistance of the leads as typed"), 0.2
-_AT_SUPPLY = text(
-    "the voltage does not fall as the current grows, as a supply shows it at its own terminals: the leads to the drive would count as the "
-    "motor's resistance. Type --lead-resistance, that of both leads between voltmeter and drive (V over A along them), or "
-    "--lead-resistance 0 where the voltage was read at the drive's own terminals"
-)
 
 
 def tell_by_supply(
@@ -46,9 +36,6 @@ def tell_by_supply(
     constant = known.at_25(pole_pairs)
     if constant is None:
         outcome.withhold(("equivalent_resistance",), "no-waveform", NO_WAVEFORM)
-        return
-    if known.leads is None and _constant_voltage(loads):
-        outcome.withhold(("equivalent_resistance",), "voltage-at-supply", _AT_SUPPLY)
         return
     emf = _at_loads(outcome, constant, warm, before, known)
     if known.uncertainty is None:
@@ -70,20 +57,9 @@ def tell_by_supply(
             "without a waveform of a line's current, R_eq is not split into copper, switches and commutation; it is at the largest current"
         ),
     )
-    if known.leads:
-        points = [_behind_leads(point, known.leads) for point in points]
-    else:
-        outcome.assume(
-            text(
-                "the voltage is read at the drive's own terminals: leads between count as its resistance (--lead-resistance)"
-            )
-        )
     warmth = np.array([typed.copper_coefficient * (float(t.x) - COLD) for t in warm])
     supplied = SuppliedLoads(points, emf, _least(typed, warm), loads.frequency, pole_pairs, warmth)
     found, judged = supplied.found(outcome.uncertainties)
-    if known.leads:
-        error = outcome.uncertainties.limit(_LEADS, 0.0, _LEADS_KNOWN * known.leads)
-        found = [each + error for each in found]
     kept = judged.kept[-1]
     outcome.tell_misfit(Misfit(tuple(each for each in judged.misfit.findings if each.estimates)))
     outcome.parameter(
@@ -109,26 +85,6 @@ def tell_by_supply(
             for k in range(len(points))
         ]
     )
-
-
-def _constant_voltage(loads: LoadTable) -> bool:
-    """Tell whether the voltage does not fall as the current grows: as a supply shows it that regulates it, where its sense lines are."""
-    grown = float(np.ptp(loads.current))
-    if grown < _GROWN * float(loads.current.max()):
-        return False
-    # The median of all pairs' slopes: one row that is mistyped does not decide.
-    first, then = np.triu_indices(loads.current.size, 1)
-    apart = loads.current[then] - loads.current[first] > 0.0
-    slopes = (loads.voltage[then] - loads.voltage[first])[apart] / (loads.current[then] - loads.current[first])[apart]
-    fall = -float(np.median(slopes)) * grown
-    return fall < _FALLS * float(loads.voltage.mean())
-
-
-def _behind_leads(point: LoadPoint, leads: float) -> LoadPoint:
-    """Return a load whose voltage is that behind leads (Ω)."""
-    read = point.bus_voltage
-    behind = replace(read.reading, value=read.value - leads * point.bus_current.value)
-    return replace(point, bus_voltage=replace(read, reading=behind))
 
 
 def _at_loads(

@@ -3,9 +3,9 @@
 `python -m tests.studies.six_step_tables [--records N] [--seed S] [--row K] [--missed]`
 
 Drives are drawn and solved exactly, with winding and magnets warming from load to load, as in `six_step_misfit`; a table is written as a
-person does, rounded and with one reading a load, and read by the command's own analysis without waveforms. The EMF constant is typed off by
-up to what is typed of it, the Hall sensors are off by up to 5°. Every cause is drawn from negligible to gross. The truth of R_eq is at the
-drive's own terminals, with the open-circuit EMF, at the largest load that counts.
+person does, rounded and with one reading a load, and read by the command's own analysis, in the last rows with a capture of a line's
+current a load. The EMF constant is typed off by up to what is typed of it, the Hall sensors are off by up to 5°. Every cause is drawn from
+negligible to gross. The truth of R_eq is at the drive's own terminals, with the open-circuit EMF, at the largest load that counts.
 """
 
 import argparse
@@ -26,7 +26,18 @@ from sim_instruments.six_step.emf import mean_line_emf
 from sim_instruments.six_step.load import balance_load
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import SteadyState
-from tests.studies.six_step_misfit import COPPER, CURRENT, MAGNETS, SPEED, TORQUE, VOLTAGE, Random, drawn_drive, log
+from tests.studies.six_step_misfit import (
+    COPPER,
+    CURRENT,
+    MAGNETS,
+    SCOPE,
+    SPEED,
+    TORQUE,
+    VOLTAGE,
+    Random,
+    drawn_drive,
+    log,
+)
 
 ROWS = (
     "clean", "three loads", "narrow range of loads", "up and down, torque with hysteresis", "one row mistyped", "sense lines open",
@@ -34,6 +45,7 @@ ROWS = (
     "tachometer's factor", "tachometer's gain (not in the list)", "tachometer's gain, frequency beside it",
     "electrical speed taken as the shaft's", "torque's arm", "torque's zero drifts", "friction warms",
     "advanced timing", "chopped", "iron saturates", "EMF constant of another magnet temperature (not in the list)",
+    "with waveforms", "with waveforms, one row mistyped", "with waveforms, advanced timing", "with waveforms, sense lines open",
 )  # fmt: skip
 #: Relative half-width that is typed of the EMF constant.
 EMF = 0.005
@@ -90,7 +102,7 @@ def loads_of(name: str, random: Random) -> tuple[SixStepDrive, list[Load]]:
     while True:
         drive, rated = drawn_drive(random)
         advance = math.radians(random.uniform(-5.0, 5.0))
-        if name == "advanced timing":
+        if name.endswith("advanced timing"):
             advance = math.radians(log(random, 1.0, 30.0))
         drive = replace(drive, advance_angle=advance)
         if name == "battery":
@@ -155,7 +167,7 @@ def disturb(name: str, drive: SixStepDrive, loads: list[Load], random: Random) -
         hysteresis = log(random, 1e-3, 0.03) * largest
         for k, each in enumerate(loads):
             each.torque += hysteresis * (-0.5 if k <= len(loads) // 2 else 0.5)
-    if name == "sense lines open":
+    if name.endswith("sense lines open"):
         # The meter is at the supply's own terminals, before the leads.
         leads = drive.source_resistance * (1.0 if random.random() < 0.5 else log(random, 0.01, 1.0))
         for each in loads:
@@ -227,7 +239,7 @@ def written(path: Path, name: str, loads: list[Load], random: Random) -> None:
             max(0, places - 1 - math.floor(math.log10(abs(v)))) for v, places in zip(read, (4, 4, 4, 3), strict=True)
         ]
         rows.append([f"{v:.{d}f}" for v, d in zip(read, digits, strict=True)])
-    if name == "one row mistyped":
+    if name.endswith("one row mistyped"):
         mistyped(rows, random)
     error = random.uniform(-2.0, 2.0)
     for row, each in zip(rows, loads, strict=True):
@@ -236,6 +248,23 @@ def written(path: Path, name: str, loads: list[Load], random: Random) -> None:
             row.append(f"{each.state.drive.pole_pairs * each.state.speed / (2.0 * math.pi):.6g}")
     heading = "U (V);I (A);n (rpm);M (Nm);Tw (°C)" + (";f (Hz)" if "frequency" in name else "")
     path.write_text("\n".join([heading, *(";".join(row) for row in rows)]).replace(".", ",") + "\n")
+
+
+def captured(folder: Path, loads: list[Load], random: Random) -> list[Path]:
+    """Write a capture of a line's current at each load: eight bits, a probe with a gain of its own, begun anywhere."""
+    probe, paths = 1.0 + random.uniform(-SCOPE, SCOPE), []
+    for k, each in enumerate(loads):
+        state = each.state
+        grid = np.linspace(0.0, state.period, 10_001)
+        time = np.linspace(0.0, 20.3 * state.period, 20_000) + random.uniform(0.0, state.period)
+        line = probe * np.interp(time % state.period, grid, state.line_currents(grid)[0])
+        step = 2.6 * float(np.max(np.abs(line))) / 256.0
+        line = step * np.round((line + random.normal(0.0, 0.7 * step, line.size)) / step)
+        paths.append(folder / f"line{k}.csv")
+        np.savetxt(
+            paths[-1], np.column_stack((time, line)), delimiter=",", fmt="%.8g", header="t (s),CH1 (A)", comments=""
+        )
+    return paths
 
 
 def take(tally: Tally, name: str, random: Random, folder: Path, *, missed: bool) -> None:
@@ -248,19 +277,28 @@ def take(tally: Tally, name: str, random: Random, folder: Path, *, missed: bool)
     if name.startswith("EMF constant of"):
         # Measured warm, and taken for one at 25 °C.
         aligned *= 1.0 + MAGNETS * log(random, 1.0, 60.0)
+    waves = captured(folder, loads, random) if name.startswith("with waveforms") else []
     tally.records += 1
     try:
         made = analyze_six_step_loads(
             path,
+            waves,
             pole_pairs=drive.pole_pairs,
-            emf=TypedEmf(
+            emf=TypedEmf()
+            if waves
+            else TypedEmf(
                 aligned,
                 uncertainty=EMF * aligned,
                 commutation=math.radians(15.0 if name == "advanced timing" else 5.0),
             ),
-            winding=TypedWinding(drive.connection, drive.resistance * (1.0 + random.uniform(-0.02, 0.02))),
+            winding=TypedWinding(
+                drive.connection,
+                drive.resistance * (1.0 + random.uniform(-0.02, 0.02)),
+                inductance=(drive.self_inductance - drive.mutual_inductance) * (1.0 + random.uniform(-0.05, 0.05)),
+            ),
             accuracy=read_statements(
                 [f"voltage={VOLTAGE:%}", f"current={CURRENT:%}", f"speed={SPEED:%}", f"torque={TORQUE:%}"]
+                + ([f"CH1={SCOPE:%}"] if waves else [])
             ),
         )
     except InputError:
@@ -273,8 +311,9 @@ def take(tally: Tally, name: str, random: Random, folder: Path, *, missed: bool)
         tally.withheld += 1
         return
     figure: dict[str, Any] = made["parameters"]["equivalent_resistance"]
-    point = [each for each in made["details"]["points"] if not each["left_out"]][-1]
-    truth = loads[point["row"] - 1].truth
+    point = [each for each in made["details"]["points"] if not each.get("left_out")][-1]
+    # A row that counts has the current that was read.
+    truth = min(loads, key=lambda each: abs(each.current - point["bus_current"])).truth
     low, high = figure["coverage_interval"]
     half = 0.5 * (high - low)
     off = abs(0.5 * (low + high) - truth)

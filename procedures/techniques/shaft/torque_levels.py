@@ -162,12 +162,15 @@ def _with_zero(taken: TorqueLevels, again: TorqueLevels) -> TorqueLevels:
     time it would be a slope.
     """
     current, torque = taken.currents.mean(axis=1), taken.torques.mean(axis=1)
+    if np.ptp(current) <= 1e-9 * float(np.max(np.abs(current))) or taken.torques.shape[1] < 2:
+        # Nothing is made of such readings, and the procedure says so.
+        return taken
     slope = fit_torque_constant(current, torque).value("torque_constant")
     first, then = (each.torques[0] - slope * each.currents[0] for each in (taken, again))
     moved = float(then.mean() - first.mean())
     step = math.hypot(taken.torque_accuracy.resolution, slope * taken.current_accuracy.resolution)
     uncertainty = math.sqrt((np.var(first, ddof=1) + np.var(then, ddof=1)) / first.size + step**2 / 6.0)
-    if first.size < 2 or abs(moved) <= ALARM * uncertainty:
+    if abs(moved) <= ALARM * uncertainty:
         return taken
     time = float(again.times.mean() - taken.times[0].mean())
     course = (taken.times - float(taken.times.mean())) / time

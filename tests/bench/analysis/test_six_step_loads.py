@@ -116,6 +116,19 @@ def test_waveforms_give_what_a_run_gives(tmp_path):
     assert {"commutation_resistance_slope", "commutation_resistance_offset"} <= set(figures)
 
 
+def test_a_regulated_voltage_withholds_what_has_the_leads_in_it(tmp_path):
+    captures = [wave(tmp_path, state, f"{k}.csv") for k, state in enumerate(STATES)]
+    rows = [[DRIVE.source_voltage, *row[1:]] for row in rows_of()]
+    path = table(tmp_path, rows)
+    made = analyze_six_step_loads(path, captures, pole_pairs=4, winding=WINDING)
+    assert made["withheld"].keys() == {"equivalent_resistance", "switch_resistance"}
+    assert holds(made["parameters"]["line_emf_constant"], EMF)
+    leads = TypedEmf(leads=DRIVE.source_resistance)
+    made = analyze_six_step_loads(path, captures, pole_pairs=4, winding=WINDING, emf=leads)
+    assert holds(made["parameters"]["equivalent_resistance"], resistance(STATES[-1]))
+    assert holds(made["parameters"]["switch_resistance"], DRIVE.switch_resistance)
+
+
 def test_a_probe_of_another_factor_is_named(tmp_path):
     captures = [wave(tmp_path, state, f"{k}.csv") for k, state in enumerate(STATES)]
     made = analyze_six_step_loads(table(tmp_path), captures, pole_pairs=4, winding=WINDING, scale={"CH1": 10.0})
