@@ -49,6 +49,8 @@ class Batch:
     begin: np.ndarray = field(init=False)
     #: 1 where the current's probe bends, 2 where it is magnetised as well.
     bend: np.ndarray = field(init=False)
+    #: Noise of the voltage besides that of the converter, as of a small step on a large range.
+    voltage_noise: np.ndarray = field(init=False)
     law: str = "atan"
     #: Whether the converters' last codes come with the record.
     known: bool = False
@@ -76,6 +78,7 @@ class Batch:
             "begin",
             "divider",
             "bend",
+            "voltage_noise",
         )
         for name in (*zero, "resonance", "voltage_resonance"):
             setattr(self, name, np.zeros(n))
@@ -222,6 +225,8 @@ def sampled(batch: Batch, *, bits: int | None = None, noise: tuple[float, float]
         if batch.voltage_hum[k]:
             # Drawn only here, so that records without it stay what they were.
             v = v + batch.voltage_hum[k] * np.sin(turned + random.uniform(0, 6.3))
+        if batch.voltage_noise[k]:
+            v = v + random.normal(0, batch.voltage_noise[k], v.size)
         b = bits or int(random.choice([8, 12]))
         code = 1.0 / (0.8 * 2**b)
         share = float(np.exp(random.uniform(*np.log(noise))))
@@ -276,6 +281,8 @@ def row(name: str, count: int, *seed: int) -> Batch:
             case "bend":
                 # Each record has a probe of its own, as near to its limit as it is drawn.
                 batch.bend = np.full(count, 2.0 if "magnetised" in part else 1.0)
+            case "noisy voltage":
+                batch.voltage_noise = batch.spread(0.01, 0.15)
             case "clipped":
                 batch.cut, batch.known = batch.random.uniform(0.5, 1.0, count), "known" in part
             case "flat top":
@@ -316,6 +323,7 @@ ROWS = (
     "divider",
     "bend",
     "bend, magnetised",
+    "noisy voltage",
     "clipped, codes known",
     "clipped",
     "flat top",

@@ -12,6 +12,7 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Cause
 from procedures.estimation.winding.current_step.fit import Fitted, Problem
 from procedures.estimation.winding.current_step.term import StepScale, Term
+from procedures.estimation.winding.current_step.variance import StepVariance
 
 #: Decays looked for: so many time constants of the winding and each a third of the one before, as long as that is so many samples.
 _LONGEST, _SHORTER, _SHORTEST = 2.0, 3, 4.0
@@ -144,23 +145,38 @@ def ringing_in(step: Problem, fitted: Fitted, scale: StepScale, *, alarm: float)
     apart, length = record.step / scale.time_constant, 1 << left.size.bit_length()
     per_line = 2.0 * math.pi / (length * apart)
     last = int(0.4 * length)
-    best, found, lines = 0.0, None, 0
-    decay = 1.0 / _LONGEST
+    seen: list[tuple[float, float, float]] = []
+    lines, decay = 0, 1.0 / _LONGEST
     falling = np.exp(-decay * since)
     while decay * apart < 1.0 / _SHORTEST:
         spectrum = np.fft.rfft(left * falling, length)[math.ceil(max(_FASTER, _TURNS * decay) / per_line) : last]
         power = spectrum.real**2 + spectrum.imag**2
         place, lines = int(np.argmax(power)), lines + left.size // 2
-        height = float(power[place]) / float(falling @ falling)
-        if height > best:
-            best, found = height, ((last - power.size + place) * per_line, decay)
+        seen.append((float(power[place]) / float(falling @ falling), (last - power.size + place) * per_line, decay))
         # Cubed by products: a power takes ten times as long.
         decay, falling = _SHORTER * decay, falling * falling * falling
     # Of white noise of variance 1 each is exponential, of mean 1.
-    if found is None or best < math.log(lines / _CHANCE) * (alarm / ALARM) ** 2:
+    limit = math.log(lines / _CHANCE) * (alarm / ALARM) ** 2 if lines else math.inf
+    standing = [
+        (height / _coloured(step, fitted, turning, decay, since), turning, decay)
+        for height, turning, decay in seen
+        if height >= limit
+    ]
+    best, turning, decay = max(standing, default=(0.0, 0.0, 0.0))
+    if best < limit:
         return None
-    begin, start = _beginning(step, fitted, scale, *found)
-    return RingingEdge(*found, begin, start=(*start, 0.0, 0.0))
+    begin, start = _beginning(step, fitted, scale, turning, decay)
+    return RingingEdge(turning, decay, begin, start=(*start, 0.0, 0.0))
+
+
+def _coloured(step: Problem, fitted: Fitted, turning: float, decay: float, since: FloatArray) -> float:
+    """Return the variance of a line of the residuals' spectrum, in that of white noise: what is left in a smoothed voltage is none."""
+    rows = np.zeros((2, fitted.residuals.size))
+    size = step.record.time.size
+    falling = np.exp(-decay * since)
+    rows[:, size - since.size : size] = falling * np.cos(turning * since), falling * np.sin(turning * since)
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    return float(np.max(StepVariance(step, fitted)(rows)))
 
 
 def _beginning(

@@ -272,6 +272,16 @@ def test_clean_records_are_not_accused() -> None:
     assert sum(warned) <= 3
 
 
+def test_noise_that_is_left_in_a_smoothed_voltage_is_no_ringing() -> None:
+    """What of it lasts for some time constants drives a current: residuals of such records are not white."""
+    batch = row("clean", 40, 6)
+    batch.voltage_noise[:] = 0.1
+    records = sampled(batch, bits=12)
+    fits = [fitted(record) for record in records]
+    assert sum(bool(fit.misfit) for fit in fits) <= 1
+    assert np.mean([off(*each, "inductance") <= 2.0 for each in zip(fits, records, strict=True)]) >= 0.9
+
+
 def test_a_supply_that_rises_within_a_few_samples_is_no_other_cause() -> None:
     # v = 1 − exp(−t/a) drives i = 1 − (τ·exp(−t/τ) − a·exp(−t/a))/(τ − a) through 1 Ω; samples fall anywhere within the rise.
     tau, code, accused = 260.0, 1.0 / 3277.0, []
