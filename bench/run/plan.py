@@ -61,6 +61,8 @@ def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catal
     Without a procedure's name a setting goes to every planned procedure that knows it. Raises UsageError for an unknown
     procedure or setting, InputError for a value that is not allowed.
     """
+    if "all" in names and len(names) > 1:
+        raise UsageError(text("all stands alone: name the other procedures in a run of their own, or each one"))
     wanted = whole(catalogue) if list(names) == ["all"] else list(dict.fromkeys(names))
     for name in wanted:
         if name not in catalogue:

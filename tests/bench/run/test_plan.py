@@ -31,6 +31,7 @@ def test_words_need_no_quotes() -> None:
     ("names", "assignments", "said"),
     [
         (["tiney"], [], "'tiney' is neither a procedure nor all: did you mean tiny"),
+        (["all", "tiny"], [], "all stands alone"),
         (["tiny"], ["curent=1"], "no setting curent; did you mean current"),
         (["tiny"], ["current"], "give name=value"),
         (["tiny"], ["other.current=1"], "other is not a procedure of this run; its procedures are: tiny"),
