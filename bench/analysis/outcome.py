@@ -27,6 +27,8 @@ _MANY = 300
 #: Of the times alone, not of the readings' sizes; no clock is read with more digits than nine.
 _OF_TIMES, _NINTH = frozenset({"electrical_frequency"}), 1e-9
 _ROUNDED = text("few digits of the numbers in the file")
+#: Half a last digit of more than this share is told.
+_COARSE = 0.01
 #: A rounding of readings by less (share of the large ones) is not told.
 _NOT_TOLD = 1e-5
 TYPE_A_ONLY = text(
@@ -49,7 +51,7 @@ class AnalysisOutcome:
         self._section = section
         self._accuracy = accuracy
         used = [channel for channel in capture.channels if channel.name in accuracy.channels]
-        self._digits, self._readings = _digits(used)
+        self._digits, self._readings, self._coarsest = _digits(used)
         self._rounding = float(np.hypot.reduce([channel.rounding for channel in used], initial=0.0))
         self._parameters: dict[str, dict[str, Any]] = {}
         self._withheld: dict[str, dict[str, Any]] = {}
@@ -132,6 +134,16 @@ class AnalysisOutcome:
         least = _ROUNDING_OF_A_FIT * digit / np.sqrt(12.0 * self._readings) * abs(float(quantity.x))
         if not quantity.u or self.uncertainties.scatter(quantity) >= least:
             return quantity
+        if 0.5 * digit > _COARSE:
+            self.warn(
+                text(
+                    "the numbers of '{name}' are written to {share:.0%} of their size, and scatter by less: half of that is in the "
+                    "interval, as an error that all share. Write what the meter showed with all its digits, not round set points",
+                    name=self._coarsest,
+                    share=digit,
+                ),
+                "few-digits",
+            )
         return quantity * self.uncertainties.limit(text("last digit of the record's numbers"), 1.0, 0.5 * digit)
 
     def withhold(self, names: Iterable[str], cause: str, why: Text) -> None:
@@ -175,18 +187,21 @@ class AnalysisOutcome:
         }
 
 
-def _digits(channels: Sequence[CaptureChannel]) -> tuple[dict[str, float], int]:
-    """Return the last digit of the times and of the coarsest channel's readings, as shares, and how many readings there are.
+def _digits(channels: Sequence[CaptureChannel]) -> tuple[dict[str, float], int, str]:
+    """Return the last digit of the times and of the coarsest channel's readings, as shares, how many readings there are, and that
+    channel's name.
 
     A channel of many readings whose steps are known does not count: the fit has their rounding in its own uncertainty. All times
     together tell the interval between them far better than each is rounded.
     """
-    digits = {"times": _NINTH, "readings": 0.0}
+    digits, coarsest = {"times": _NINTH, "readings": 0.0}, ""
     for channel in channels:
         size = float(np.sqrt(np.mean(channel.values**2))) if channel.values.size else 0.0
         if size > 0.0 and not (channel.resolution and channel.values.size >= _MANY):
-            digits["readings"] = max(digits["readings"], last_digit(channel.values) / size)
-    return digits, max((channel.values.size for channel in channels), default=1)
+            share = last_digit(channel.values) / size
+            if share > digits["readings"]:
+                digits["readings"], coarsest = share, channel.name
+    return digits, max((channel.values.size for channel in channels), default=1), coarsest
 
 
 def _few_digits(channels: Sequence[CaptureChannel]) -> list[Text]:

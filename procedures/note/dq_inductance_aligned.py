@@ -176,7 +176,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         self.findings[f"reading_{axis}"] = float(statistics.x)
         self.bench.show(lambda: aligned_plot(self.findings["reading_d"], self.findings.get("reading_q")))
         reading = self.bench.uncertainties.instrument("LCR meter", statistics, taken.inductance_accuracy)
-        slow = slow_inductance(self, *at, (f"{axis}_axis_inductance",))
+        slow = slow_inductance(self, connection, *at, (f"{axis}_axis_inductance",))
         if bridge.read_by_hand or not self.settings.check_alignment:
             return Position(reading, 0.0, slow)
         lines = []

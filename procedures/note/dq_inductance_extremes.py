@@ -166,8 +166,8 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
             # The induced voltage spoils a reading by the square of the speed.
             sweep = self._turned(speed / _SLOWER, _SLOWER * readings, reading_time)
         # Where the shaft stands now is any angle: what is held back there is that share of both.
-        settings = self.settings
-        slow = slow_inductance(self, settings.frequency, settings.level, settings.aperture, self.gives)
+        settings, connected = self.settings, meter_across(Terminal.A, Terminal.B)
+        slow = slow_inductance(self, connected, settings.frequency, settings.level, settings.aperture, self.gives)
         return replace(sweep, slow=slow)
 
     @step("3.3.2/3", "Class: less than {class_threshold:.0%} between smallest and largest is a surface-magnet machine")
@@ -340,8 +340,19 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 ),
             )
         tell_hidden(self, (sweep.slow,), self.settings.frequency)
+        # What is held back was seen at one angle; a circuit may hold back more on the one axis, in proportion to it or so.
+        smallest, largest = sorted(float(one.x) for one in found.values())
+        unlike = self.bench.uncertainties.limit(
+            text("a second circuit, on one axis and the other"),
+            1.0,
+            (float(sweep.slow.ratio.x) - 1.0) * (largest / smallest - 1.0),
+        )
         for name, axis in _NAMES:
-            reading = self.bench.uncertainties.instrument("LCR meter", found[axis], sweep.accuracy) * sweep.slow.ratio
+            reading = (
+                self.bench.uncertainties.instrument("LCR meter", found[axis], sweep.accuracy)
+                * sweep.slow.ratio
+                * unlike
+            )
             self.report(
                 name,
                 factors.y_equivalent * reading,

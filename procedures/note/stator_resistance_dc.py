@@ -219,6 +219,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         self.bench.state.lines.read_by_four_wires(
             [float(line.x) for line in (ab, bc, ca)],
             max(3.0 * float(line.u) / float(line.x) for line in (ab, bc, ca)),
+            temperature=float(temperature.x),
             contacts=found.contacts,
         )
         phases = resistance.phase_resistances(ab, bc, ca, self.winding)

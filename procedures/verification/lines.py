@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 from procedures.core.result import Parameter
 from procedures.estimation.fitting.intervals import Interval, around
+from procedures.estimation.winding.resistance import COPPER
 from procedures.estimation.winding.wiring import Poles, loop_resistance
 
 #: A winding may be warmer or colder by about 20 K than when its resistance was read in this run.
@@ -17,6 +18,8 @@ _MOST_CONTACTS = 0.05
 _DIFFERING = 1.0 / 3.0
 #: Contacts made anew: leads that were seen once may come out so much better or worse, and by this (Ω) in any case.
 _CONTACTS, _CONTACT = (0.5, 1.5), 2e-3
+#: A winding at an ordinary room's temperature (°C) may cool by this (K) while others are measured; a warmer one, to that below it.
+_ROOM, _COOLING = 25.0, 2.0
 _NONE = Interval(0.0, 0.0)
 _ALIKE = (1.0, 1.0, 1.0)
 
@@ -60,6 +63,7 @@ class _Read:
     frequency: float
     scatter: float = 0.0
     contacts: float = 0.0
+    cooling: float = 0.0
 
     @property
     def tolerance(self) -> float:
@@ -117,10 +121,25 @@ class Lines:
         read = _read(lines, error, frequency)
         self._bridge = replace(read, scatter=scatter, contacts=contacts) if read else None
 
-    def read_by_four_wires(self, lines: Sequence[float], error: float, *, contacts: float = 0.0) -> None:
-        """Keep four-wire readings (Ω) of AB, BC, CA with their relative limit of error, and by what share contacts may have added."""
+    def read_by_four_wires(
+        self, lines: Sequence[float], error: float, *, temperature: float = _ROOM, contacts: float = 0.0
+    ) -> None:
+        """Keep four-wire readings (Ω) of AB, BC, CA with their relative limit of error, the winding's temperature (°C), and by what share
+        contacts may have added.
+        """
         read = _read(lines, error, 0.0)
-        self._direct = replace(read, contacts=contacts) if read else None
+        cooling = COPPER * (max(temperature - _ROOM, 0.0) + _COOLING)
+        self._direct = replace(read, contacts=contacts, cooling=cooling) if read else None
+
+    def direct(self, poles: Poles) -> Interval | None:
+        """Return the resistance (Ω) to direct current between two poles; None where four wires have not read it in this run.
+
+        From a winding that has cooled since then to one that has not: an alignment may have warmed it.
+        """
+        if self._direct is None:
+            return None
+        read, value = self._direct, loop_resistance(self._direct.phases, poles)
+        return Interval(value * max(1.0 - read.error - read.contacts - read.cooling, 0.0), value * (1.0 + read.error))
 
     def seen_leads(self, resistance: Interval) -> None:
         """Keep what two- and four-wire readings show of the supply's leads (Ω)."""

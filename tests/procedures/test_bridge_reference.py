@@ -33,6 +33,21 @@ def test_against_its_own_lines_it_tells_one_connection_from_another() -> None:
     assert told.outcome is WiringOutcome.WRONG
 
 
+def test_a_winding_holds_what_direct_current_found_and_may_have_cooled() -> None:
+    lines, poles = Lines(), (Pole.PLUS, Pole.MINUS, Pole.MINUS)
+    assert lines.direct(poles) is None
+    found = []
+    for temperature in (22.0, 45.0):
+        lines.read_by_four_wires([2.0 * PHASE] * 3, 1e-3, temperature=temperature)
+        held = lines.direct(poles)
+        assert held is not None
+        found.append(held)
+    cold, warm = found
+    assert cold.high == warm.high == pytest.approx(1.001 * 1.5 * PHASE)
+    assert cold.low == pytest.approx(1.5 * PHASE * (1.0 - 1e-3 - 0.00393 * 2.0))
+    assert warm.low == pytest.approx(1.5 * PHASE * (1.0 - 1e-3 - 0.00393 * 22.0))
+
+
 @pytest.mark.parametrize(("contacts", "known"), [(0.0, True), (0.03, True), (0.2, False)])
 def test_lines_whose_contacts_differ_are_held_against_less_or_nothing(contacts: float, known: bool) -> None:
     lines = Lines()

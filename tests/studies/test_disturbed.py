@@ -68,6 +68,18 @@ def test_a_clean_bench_has_the_figures_and_no_failure() -> None:
     assert sum(one.held for row in rows.values() for _, one in row.told) >= 18
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("first", ["dq-inductance-extremes", "stator-resistance-dc"])
+def test_what_a_bridge_hides_of_a_closed_circuit_is_in_the_interval(first: str) -> None:
+    # Seen by nothing else: before, 12 to 34 half-widths off.
+    row = BY_ROW[f"second-time-constant · {first}"]
+    told = [
+        one for seed, index in ((12, 13), (12, 17), (31, 18)) for _, one in measure_disturbed(seed, index, row).told
+    ]
+    assert len(told) >= 8
+    assert all(one.held for one in told)
+
+
 def test_sure_and_wrong_is_excluded_and_unsaid() -> None:
     held, wrong, warned = Told("a", 0.9, False), Told("b", 4.0, False), Told("c", 4.0, True)
     assert [one.sure_and_wrong for one in (held, wrong, warned)] == [False, True, False]

@@ -28,14 +28,16 @@ IN_TURN = (
     "wires in turn: nothing", "wires in turn: winding was warm", "wires in turn: clamp heats",
     "wires in turn: contact like a diode", "wires in turn: two ranges",
 )  # fmt: skip
-ROWS = (*WIRED, *IN_TURN, *HAND, *ANGLED)
+#: At the end, so that the records of the rows before stay what they are.
+RANGES = ("wires: range ends at a level", "wires: ranges with zeros", "wires in turn: range ends at a level")
+ROWS = (*WIRED, *IN_TURN, *HAND, *ANGLED, *RANGES)
 
 
 def wired(name: str, random: Random) -> Estimates:
     """Read four levels and the first again in both polarities; the current flows for a reading and rests until the next one."""
     levels = np.array([1.0, 0.75, 0.5, 0.25, 1.0])
     current, count = np.concatenate((levels, -levels)), 10
-    if name in IN_TURN:
+    if name.startswith("wires in turn"):
         # Each level both ways before the next: the amounts only fall, as a drift does.
         current = np.column_stack((levels[:-1], -levels[:-1])).ravel()
         count = current.size
@@ -53,10 +55,20 @@ def wired(name: str, random: Random) -> Estimates:
             beside = beside + size * _warmth(current**2, log(random, 0.1, 20.0), flows, rests)
         case "contact like a diode":
             beside = beside + size * -np.expm1(-np.maximum(current, 0.0) / log(random, 0.05, 2.0))
-        case "two ranges":
+        case "two ranges" | "range ends at a level" | "ranges with zeros":
             border = random.choice([0.3, 0.6, 0.8])
+            if name.endswith("at a level"):
+                # Which range reads that level is a matter of the last digit: of each polarity or of each reading.
+                border = random.choice([0.25, 0.5, 0.75]) + random.choice(
+                    [-1e-6, 1e-6], count if random.random() < 0.5 else 2
+                )
+                border = border if border.size == count else np.where(current > 0.0, *border)
             current_read = current * (1.0 + size * random.choice([-1.0, 1.0]) * (np.abs(current) < border))
             voltage = current + beside + noise * random.standard_normal(count)
+            if name.endswith("with zeros"):
+                # A voltmeter's zero keeps its sign, an ammeter that shows amounts gives its own the current's.
+                lower, zero = np.abs(current) < border, border * size * random.uniform(-1.0, 1.0)
+                current_read = current_read + zero * lower * (np.sign(current) if random.random() < 0.5 else 1.0)
             return of_fit(slope(voltage, current_read), {"resistance": 1.0})
         case "voltage soaks":
             # What the last reading left in a capacitor's dielectric.

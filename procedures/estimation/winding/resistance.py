@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Generic, NamedTuple
 
 import numpy as np
@@ -24,6 +25,8 @@ _CHANCE, _LEAST_FREEDOM = 1e-3, 3
 _SHOWN = 0.1
 #: Currents that are nearer (share of the largest) are one level, set again.
 _SAME_LEVEL = 0.02
+#: At more levels than this one of them has little weight.
+_MOST_LEVELS = 8
 #: Readings over for a voltage that bends, and how much more χ² another shape may leave to be as likely.
 _LEAST_TO_BEND, _RIVALS = 2, 12.0
 #: A shape of which less than this share is its own is the rest of the design.
@@ -177,7 +180,8 @@ def _with_drift(v: FloatArray, i: FloatArray, order: FloatArray) -> Fit:
     plain = _plain(i)
     fit = least_squares(_SLOPE, plain, v)
     freedom = v.size - plain.shape[1] - 2
-    if freedom < _LEAST_FREEDOM:
+    # Currents that fall evenly through all readings are the order itself.
+    if freedom < _LEAST_FREEDOM or not _told_apart(plain, order):
         return fit
     further = least_squares((*_SLOPE, "emf", "change"), np.column_stack((plain, order, order * i)), v)
     t = {name: further.value(name) / max(further.uncertainty(name), 1e-300) for name in ("emf", "change")}
@@ -205,8 +209,7 @@ def _as_straight(fit: Fit, v: FloatArray, i: FloatArray, order: FloatArray) -> F
         return _at_two_amounts(fit, i)
     if freedom < _LEAST_TO_BEND:
         return fit
-    ranges = [i * (amounts < level) for level in 0.5 * (levels[:-1] + levels[1:])]
-    shapes = (np.abs(i), i * amounts, i * amounts**2, *ranges)
+    shapes = (np.abs(i), i * amounts, i * amounts**2, *_ranges(i, amounts, levels))
     limit = float(special.stdtrit(freedom, 1.0 - 0.5 * _CHANCE / len(shapes)))
     bends = [_bent(plain, shape, v, fit) for shape in shapes if _told_apart(plain, shape)]
     found = [each for each in bends if each.score > limit] or _instead_of_drift(fit, shapes, v, i)
@@ -223,6 +226,19 @@ def _as_straight(fit: Fit, v: FloatArray, i: FloatArray, order: FloatArray) -> F
     answer = Answer.WITHHELD if bend > _MOST_SHIFT * abs(fit.value("resistance")) else Answer.WIDENED
     finding = Finding(Cause.CURVATURE, answer, score=score, figures=figures)
     return replace(fit, covariance=covariance, misfit=Misfit.together((fit.misfit, Misfit((finding,)))))
+
+
+def _ranges(i: FloatArray, amounts: FloatArray, levels: FloatArray) -> list[FloatArray]:
+    """Return what lower ranges that read differently make: of all readings below a level, and, where a range ends at a level itself, of
+    one polarity of that one, too.
+    """
+    between = 0.5 * (levels[:-1] + levels[1:])
+    if levels.size > _MOST_LEVELS:
+        return [i * (amounts < border) for border in between]
+    borders = [0.0, *between, np.inf]
+    lower = [(amounts < below, amounts < above) for below, above in pairwise(borders)]
+    masks = [below | (above & (sign * i > 0.0)) for below, above in lower for sign in (1.0, -1.0)]
+    return [i * mask for mask in (*(amounts < border for border in between), *masks)]
 
 
 def _at_two_amounts(fit: Fit, i: FloatArray) -> Fit:

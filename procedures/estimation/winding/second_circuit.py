@@ -61,9 +61,7 @@ def second_circuit(readings: Sequence[SeriesReading], slowest: float) -> SecondC
     square. Slower circuits are assumed where the one that comes nearest may be slower than half of that, or the readings need them;
     faster ones where losses in the wire, as the square of the frequency, would explain the readings as well.
     """
-    omega = 2.0 * np.pi * np.array([r.frequency for r in readings])
-    measured = np.array([*(r.resistance for r in readings), *(r.inductance for r in readings)])
-    spread = np.array([*(r.u_resistance for r in readings), *(r.u_inductance for r in readings)])
+    omega, measured, spread = _columns(readings)
     constant = np.repeat(np.eye(2), len(readings), axis=0)
     plain = _fitted(constant, measured, spread)[0]
     time_constants = _PRODUCTS / omega[0]
@@ -96,15 +94,32 @@ def second_circuit(readings: Sequence[SeriesReading], slowest: float) -> SecondC
     return SecondCircuit(float(time_constants[best]), coupled / slow, math.sqrt(score), inductance, resistance)
 
 
-def hidden_share(readings: Sequence[SeriesReading], slowest: float) -> float:
-    """Return the largest share by which the inductance for slow changes may exceed that at the highest frequency for circuits that
-    readings, the highest frequency first, leave unseen: with time constants up to `slowest` (s), every reading within its limit of error.
+def hidden_share(readings: Sequence[SeriesReading], slowest: float, least: float = 0.0) -> float:
+    """Return the share by which the inductance for slow changes may exceed that at the highest frequency (the first reading's) for
+    circuits that readings leave unseen: any mixture of time constants up to `slowest` (s), with losses that grow with the frequency or its
+    square, whose χ² is within two standard deviations of the least.
+
+    Direct current has shown that the resistance without losses is no less than `least` (Ω), so that less is left for circuits. That is
+    not used where the bridge contradicts it.
     """
-    omega = 2.0 * np.pi * np.array([r.frequency for r in readings])
-    measured = np.array([*(r.resistance for r in readings), *(r.inductance for r in readings)])
-    spread = np.array([*(r.u_resistance for r in readings), *(r.u_inductance for r in readings)])
-    held = _mixtures(omega, measured, _LIMIT * spread, slowest, 1.0)
-    return 0.0 if held is None else max(held[1].high / readings[0].inductance - 1.0, 0.0)
+    from scipy.optimize import brentq, nnls
+
+    omega, measured, spread = _columns(readings)
+    rows, aim = _mixed(omega, measured, slowest) / spread[:, None], measured / spread
+    held = aim - rows[:, 0] * least / float(measured[omega.size - 1])
+    values, left = nnls(rows, held)
+    if left**2 > nnls(rows, aim)[1] ** 2 + _WITHIN:
+        held = aim
+        values, left = nnls(rows, held)
+    others, most = np.delete(rows, 1, axis=1), 1.0 / (1.0 - _LARGEST_SHARE)
+
+    def beyond(inductance: float) -> float:
+        return float(nnls(others, held - inductance * rows[:, 1])[1] ** 2 - left**2 - _WITHIN)
+
+    first = max(float(values[1]), 1.0)
+    if beyond(first) >= 0.0:
+        return 0.0
+    return (float(brentq(beyond, first, most, rtol=1e-4)) if beyond(most) > 0.0 else most) - 1.0
 
 
 def _mixtures(
@@ -114,16 +129,8 @@ def _mixtures(
     from scipy.optimize import linprog
 
     count = omega.size
-    # In sizes of the resistance at the lowest frequency and the inductance at the highest, which are known best.
     resistance, inductance = float(measured[count - 1]), float(measured[count])
-    times = omega / omega[-1]
-    # Columns: both figures, losses that grow with the frequency and its square, what each circuit takes of the inductance.
-    losses = resistance * np.stack((times, times**2), axis=1)
-    circuits = inductance * _effects(omega, np.geomspace(_SHORTEST, slowest, _CIRCUITS)).T
-    rows = np.zeros((2 * count, 4 + _CIRCUITS))
-    rows[:count, 0], rows[count:, 1] = resistance, inductance
-    rows[:count, 2:4], rows[:, 4:] = losses, circuits
-    rows, aim = rows / limits[:, None], measured / limits
+    rows, aim = _mixed(omega, measured, slowest) / limits[:, None], measured / limits
     share = np.array([0.0, -_LARGEST_SHARE, 0.0, 0.0, *np.ones(_CIRCUITS)])
     bounded, most = np.concatenate((rows, -rows, share[None])), np.concatenate((aim + room, room - aim, [0.0]))
     ends = [
@@ -135,6 +142,29 @@ def _mixtures(
     if math.isnan(low_r + high_r + low_l + high_l):
         return None
     return Interval(resistance * low_r, resistance * high_r), Interval(inductance * low_l, inductance * high_l)
+
+
+def _columns(readings: Sequence[SeriesReading]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return angular frequencies (rad/s), and resistances with inductances below them: as measured, and their standard uncertainties."""
+    omega = 2.0 * np.pi * np.array([r.frequency for r in readings])
+    measured = np.array([*(r.resistance for r in readings), *(r.inductance for r in readings)])
+    spread = np.array([*(r.u_resistance for r in readings), *(r.u_inductance for r in readings)])
+    return omega, measured, spread
+
+
+def _mixed(omega: FloatArray, measured: FloatArray, slowest: float) -> FloatArray:
+    """Return what a mixture makes of the readings: both figures, losses that grow with the frequency and its square, every circuit.
+
+    In sizes of the resistance at the lowest frequency and the inductance at the highest, which are known best.
+    """
+    count = omega.size
+    resistance, inductance = float(measured[count - 1]), float(measured[count])
+    times = omega / omega[-1]
+    rows = np.zeros((2 * count, 4 + _CIRCUITS))
+    rows[:count, 0], rows[count:, 1] = resistance, inductance
+    rows[:count, 2:4] = resistance * np.stack((times, times**2), axis=1)
+    rows[:, 4:] = inductance * _effects(omega, np.geomspace(_SHORTEST, slowest, _CIRCUITS)).T
+    return rows
 
 
 def _effects(omega: FloatArray, time_constants: FloatArray) -> FloatArray:

@@ -10,10 +10,12 @@ from GTC.lib import UncertainReal
 
 from drivers.interfaces import Aperture, ImpedanceReading, MeasurementError, SetpointError
 from drivers.interfaces.text import text
+from procedures.core.actions import Connect
 from procedures.core.procedure import Procedure
 from procedures.estimation.fitting.intervals import Interval
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.estimation.winding.second_circuit import SeriesReading, hidden_share, second_circuit
+from procedures.verification.two_poles import poles_of
 
 #: Lower frequencies over the test frequency, off the mains' where that is 1 kHz, and the lowest (Hz), which tells the resistance.
 _LOWER, _LOWEST = (0.25, 0.09, 0.04), 20.0
@@ -23,11 +25,14 @@ _HIGHER = (4.0, 2.0)
 _IRON, _ANY = 5e-3, 0.03
 #: A difference from this share of the inductance on is told; an interval beyond this share says nothing.
 _LEAST, _MOST = 2e-3, 0.25
-#: Most circuits of magnets, iron and shorted turns are quicker than this (s); what of them may be hidden is told from this share on.
-_USUAL, _TOLD = 1e-3, 0.1
+#: Circuits so much slower than the winding are assumed where the lowest frequency finds so much more resistance than direct current does.
+_SLOWER, _WARMER = 4.0, 0.008
+#: What circuits that are not seen may hide is told from this share on.
+_TOLD = 0.1
 _RECTANGULAR = 1.0 / math.sqrt(3.0)
 #: One fast circuit lies at an end of what any number of them allows: 95 % of a rectangular distribution are to reach beyond it.
 _TO_THE_ENDS = 1.1
+_HIDDEN = text("closed circuits that the bridge's limits of error hide")
 
 
 @dataclass(frozen=True)
@@ -35,7 +40,7 @@ class Slow:
     """Inductance, or resistance, for slow changes over that at the test frequency, and what was seen.
 
     `most` is the largest share of a resistance that is not the winding's, by `unlike` it differs between lines. `hidden` is the share by
-    which an inductance may be larger for circuits that the bridge's limits of error hide.
+    which an inductance may be larger for circuits that the bridge's limits of error hide; `ratio` holds it, in that direction.
     """
 
     ratio: UncertainReal
@@ -50,7 +55,12 @@ UNCHANGED = Slow(ureal(1.0, 0.0))
 
 
 def slow_inductance(
-    procedure: Procedure[Any], frequency: float, level: float, aperture: Aperture, parameters: tuple[str, ...]
+    procedure: Procedure[Any],
+    connection: Connect,
+    frequency: float,
+    level: float,
+    aperture: Aperture,
+    parameters: tuple[str, ...],
 ) -> Slow:
     """Read what is connected, at rest, at the test frequency (Hz) and below, and leave the bridge as it was.
 
@@ -62,7 +72,8 @@ def slow_inductance(
         return UNCHANGED
     found = second_circuit(readings, _IRON)
     if found is None:
-        return Slow(ureal(1.0, 0.0), hidden=hidden_share(readings, _USUAL))
+        hidden = _hidden(readings, procedure.bench.state.lines.direct(poles_of(connection)))
+        return Slow(procedure.bench.uncertainties.one_sided(_HIDDEN, 1.0, hidden), hidden=hidden)
     at_frequency = readings[0].inductance
     held = found.inductance or Interval(0.0, 2.0 * at_frequency)
     inductance, half_width = (held.low + held.high) / 2.0, _TO_THE_ENDS * (held.high - held.low) / 2.0
@@ -85,6 +96,20 @@ def slow_inductance(
     return Slow(ratio, Misfit((finding,)) if told else NO_MISFIT)
 
 
+def _hidden(readings: Sequence[SeriesReading], direct: Interval | None) -> float:
+    """Return by which share an inductance may be larger for circuits that are not seen, beside a known resistance (Ω) or none.
+
+    A circuit slower than the winding needs more copper than the winding has. It is assumed where even the lowest frequency finds more
+    resistance than direct current and a winding a little warmer.
+    """
+    inductance, lowest = readings[0].inductance, readings[-1]
+    if direct is None:
+        return hidden_share(readings, max(_IRON, inductance / lowest.resistance))
+    own, least_read = inductance / direct.high, lowest.resistance - lowest.u_resistance / _RECTANGULAR
+    slowest = _SLOWER * own if least_read > (1.0 + _WARMER) * direct.high else own
+    return hidden_share(readings, max(_IRON, slowest), direct.low)
+
+
 def tell_hidden(procedure: Procedure[Any], axes: Sequence[Slow], frequency: float) -> None:
     """Say up to which share of an inductance at a frequency (Hz) closed circuits would be hidden, where that is much."""
     share = max((axis.hidden for axis in axes), default=0.0)
@@ -93,9 +118,9 @@ def tell_hidden(procedure: Procedure[Any], axes: Sequence[Slow], frequency: floa
         procedure.notice(
             "hidden-circuits",
             text(
-                "at so low an impedance the bridge's limits of error hide closed circuits (solid magnets or iron, a shorted turn): for "
-                "slow changes the inductance may be larger than at {frequency:g} Hz, by up to {share:.0%} for circuits of up to 1 ms. "
-                "dq-inductance-time-constant shows them",
+                "the bridge's limits of error hide closed circuits here (solid magnets or iron, a shorted turn): for slow changes the "
+                "inductance may be larger than at {frequency:g} Hz, by up to {share:.0%}, and its interval "
+                "reaches so far. stator-resistance-dc in the same run narrows it, dq-inductance-time-constant shows such circuits",
                 frequency=frequency,
                 share=share,
             ),

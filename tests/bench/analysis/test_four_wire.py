@@ -115,6 +115,22 @@ def test_a_winding_that_warms_is_told(tmp_path):
     assert "+8" in warning["text"] or "+7." in warning["text"]
 
 
+@pytest.mark.parametrize("order", ["falling", "by polarity", "in turn"])
+def test_whole_amperes_are_said_to_be_coarse(tmp_path, order):
+    levels = np.array([5.0, 4.0, 3.0, 2.0, 1.0])
+    current = {
+        "falling": np.concatenate((levels, -levels[::-1])),
+        "by polarity": np.concatenate((levels, -levels)),
+        "in turn": np.column_stack((levels, -levels)).ravel(),
+    }[order]
+    result = analyze_four_wire(table(tmp_path / "ab.csv", (current, volts(0.2, current=current)), "I (A),U (V)"))
+    low, high = given(result)["coverage_interval"]
+    assert low < 0.1 < high
+    assert high - low > 0.02
+    warning = next(each for each in result["warnings"] if each["id"] == "few-digits")
+    assert "'I' are written to 30%" in warning["text"]
+
+
 def test_few_readings_are_said(tmp_path):
     current = np.array([2.0, 1.0, -1.0, -2.0])
     result = analyze_four_wire(table(tmp_path / "ab.csv", (current, volts(0.2, current=current)), "I (A),U (V)"))

@@ -16,6 +16,7 @@ SWEEP = ("dq-inductance-extremes",)
 BRIDGES = ("dq-inductance-extremes", "dq-inductance-aligned")
 BRIDGE_AND_WIRES = ("stator-resistance", "stator-resistance-dc")
 WIRES = ("stator-resistance-dc",)
+WIRES_AND_BRIDGES = (*WIRES, *BRIDGES)
 _TURN = 2.0 * math.pi
 
 
@@ -282,7 +283,10 @@ def _nothing(_: Dirt) -> None:
 
 #: What every row is to be held against: the same procedures on benches that nothing disturbs.
 CLEAN = (
-    *(Cause("none", names, _nothing) for names in (STEP, EMF, SHAPE, RAMPS, SWEEP, BRIDGE_AND_WIRES)),
+    *(
+        Cause("none", names, _nothing)
+        for names in (STEP, EMF, SHAPE, RAMPS, SWEEP, BRIDGE_AND_WIRES, WIRES_AND_BRIDGES)
+    ),
     *(Cause("none", names, _nothing, drive=True) for names in BY_DRIVE),
 )
 
@@ -305,6 +309,7 @@ LISTED = (
     Cause("saturation", STEP, _saturation),
     Cause("second-time-constant", STEP, _eddy),
     Cause("second-time-constant", BRIDGES, _eddy),
+    Cause("second-time-constant", WIRES_AND_BRIDGES, _eddy),
     Cause("second-time-constant", BRIDGE_AND_WIRES, _eddy),
     Cause("speed-trend", EMF, _emf_of_speed),
     Cause("windage", RAMPS, _windage),

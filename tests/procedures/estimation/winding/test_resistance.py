@@ -179,6 +179,21 @@ def test_a_drift_common_to_three_pairs_is_found(rate: float, noise: float, seed:
     assert fit.uncertainty("drift") < noise + 0.02 * abs(rate)
 
 
+def test_a_range_that_ends_at_a_level_is_held_whichever_polarity_it_takes() -> None:
+    levels = np.array([1.0, 0.75, 0.5, 0.25, 1.0])
+    current = np.concatenate((levels, -levels))
+    for border in (0.25, 0.5, 0.75):
+        for sign in (1.0, -1.0):
+            lower = (np.abs(current) < border) | (current == sign * border)
+            noise = 2e-5 * np.random.default_rng(5).standard_normal(current.size)
+            fit = slope(current + noise, current * (1.0 + 3e-3 * lower))
+            # One reading alone may be the lower range's, and is then the odd one.
+            assert {finding.cause for finding in fit.misfit.findings} <= {Cause.CURVATURE, Cause.REPEATS_DIFFER}
+            assert fit.misfit
+            low, high = fit.interval("resistance")
+            assert low < 1.0 < high
+
+
 @pytest.mark.parametrize("bend", ["a contact rectifies", "the ammeter's lower range"])
 def test_a_voltage_that_does_not_rise_straight_is_told_and_held(bend: str) -> None:
     levels = np.array([1.0, 0.75, 0.5, 0.25, 1.0])
