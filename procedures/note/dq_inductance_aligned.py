@@ -37,7 +37,7 @@ from procedures.techniques.winding.alignment import aligning
 from procedures.techniques.winding.dq_axes import connection_of, require
 from procedures.techniques.winding.plots import aligned_plot
 from procedures.techniques.winding.short_correction import short_correct
-from procedures.techniques.winding.slow_inductance import Slow, slow_inductance, tell_hidden
+from procedures.techniques.winding.slow_inductance import AT_FREQUENCY, Slow, slow_inductance, tell_hidden
 from procedures.techniques.winding.supply_voltage import within_voltage
 from procedures.verification.settings import SupplyWiringSettings
 
@@ -56,6 +56,7 @@ class DqInductanceAlignedSettings(SupplyWiringSettings):
     level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
     aperture: Aperture = Field(default=Aperture.LONG, description="measurement time")
     repeats: int = Field(default=5, ge=1, le=100, description="readings at each position")
+    at_frequency: bool = Field(default=False, description=AT_FREQUENCY)
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
     requested_uncertainty: float = Field(
         default=REQUESTED,
@@ -177,6 +178,8 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         self.bench.show(lambda: aligned_plot(self.findings["reading_d"], self.findings.get("reading_q")))
         reading = self.bench.uncertainties.instrument("LCR meter", statistics, taken.inductance_accuracy)
         slow = slow_inductance(self, connection, *at, (f"{axis}_axis_inductance",))
+        if self.settings.at_frequency:
+            slow = slow.at_frequency()
         if bridge.read_by_hand or not self.settings.check_alignment:
             return Position(reading, 0.0, slow)
         lines = []

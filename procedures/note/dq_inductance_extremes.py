@@ -39,7 +39,7 @@ from procedures.techniques.instrument_choice import InstrumentChoice, choose_for
 from procedures.techniques.winding.dq_axes import connection_of
 from procedures.techniques.winding.plots import SweepPlot
 from procedures.techniques.winding.short_correction import short_correct
-from procedures.techniques.winding.slow_inductance import UNCHANGED, Slow, slow_inductance, tell_hidden
+from procedures.techniques.winding.slow_inductance import AT_FREQUENCY, UNCHANGED, Slow, slow_inductance, tell_hidden
 from procedures.verification.settings import WiringSettings
 
 #: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.
@@ -64,6 +64,7 @@ class DqInductanceExtremesSettings(WiringSettings):
     frequency: float = Field(default=1000.0, gt=0.0, le=1e6, description="test frequency, Hz")
     level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
     aperture: Aperture = Field(default=Aperture.MEDIUM, description="measurement time")
+    at_frequency: bool = Field(default=False, description=AT_FREQUENCY)
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
     electrical_turns: float = Field(default=2.0, ge=1.0, le=100.0, description="electrical turns of the sweep")
     readings_per_period: int = Field(default=40, ge=8, le=1000, description="readings a period of the inductance")
@@ -168,7 +169,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         # Where the shaft stands now is any angle: what is held back there is that share of both.
         settings, connected = self.settings, meter_across(Terminal.A, Terminal.B)
         slow = slow_inductance(self, connected, settings.frequency, settings.level, settings.aperture, self.gives)
-        return replace(sweep, slow=slow)
+        return replace(sweep, slow=slow.at_frequency() if settings.at_frequency else slow)
 
     @step("3.3.2/3", "Class: less than {class_threshold:.0%} between smallest and largest is a surface-magnet machine")
     def classify(self, sweep: Sweep) -> str:

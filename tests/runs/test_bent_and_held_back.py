@@ -30,6 +30,27 @@ def test_bridges_give_the_inductance_for_slow_changes(motorbench, tmp_path, coup
         assert "second-time-constant" in {warning["id"] for warning in given["procedures"][name]["warnings"]}
 
 
+def test_the_inductance_at_the_bridges_frequency_has_no_part_of_what_circuits_hide(motorbench, tmp_path):
+    arguments = ("run", "dq-inductance-extremes", "--station", "virtual", "--motor")
+    asked = ("--set", "at_frequency=true")
+    for options, most in (((), 0.3), (asked, 0.005)):
+        status, given = motorbench(*arguments, "lg-400w", *options)
+        assert status == 0
+        parameter = given["parameters"]["d_axis_inductance"]
+        low, high = parameter["coverage_interval"]
+        assert low <= parameter["truth"] <= high <= low + most * parameter["truth"]
+    motor = tmp_path / "eddy.toml"
+    iron = "\n[virtual.iron]\neddy_coupling = 0.4\neddy_resistance = 6.0\n"
+    motor.write_text((MOTORS / "gimbal.toml").read_text(encoding="utf-8") + iron, encoding="utf-8")
+    status, given = motorbench(*arguments, str(motor), *asked)
+    assert status == 0
+    # k² ω²τ²/(1 + ω²τ²) is held back, with τ = L/R of the circuit.
+    turned = 2.0 * math.pi * 1000.0 * 1.90e-3 / 6.0
+    low, high = given["parameters"]["d_axis_inductance"]["coverage_interval"]
+    assert low <= 1.90e-3 * (1.0 - 0.16 * turned**2 / (1.0 + turned**2)) <= high <= 1.005 * low
+    assert {(said["cause"], said["answer"]) for said in given["misfit"]} == {("second-time-constant", "said")}
+
+
 @pytest.mark.parametrize("coupled", [True, False])
 def test_what_iron_takes_is_no_resistance_of_the_winding(motorbench, tmp_path, coupled):
     text = (MOTORS / "gimbal.toml").read_text(encoding="utf-8")

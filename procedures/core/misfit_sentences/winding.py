@@ -139,6 +139,15 @@ _SEEN_IN_BRIDGE = {
         "reads more of it"
     ),
 }
+#: The same where the inductance at the bridge's frequency is meant: `record` = "bridge-frequency".
+_SEEN_AT_BRIDGE_FREQUENCY = {
+    Cause.SECOND_TIME_CONSTANT: text(
+        "the resistance at {frequency:g} Hz is {rise:.1%} above that at {lowest:g} Hz, and the inductance for slow changes {more:.1%} "
+        "above that at {frequency:g} Hz: a second time constant of {time_constant:.3g} s with a coupling of {coupling:.2g}, as eddy "
+        "currents in iron or magnets, or shorted turns, cause it. The inductance at {frequency:g} Hz is the one given, as "
+        "at_frequency says"
+    ),
+}
 #: What is said of a bridge's resistance at several frequencies: `record` = "bridge-resistance".
 _SEEN_IN_BRIDGE_RESISTANCE = {
     Cause.SECOND_TIME_CONSTANT: text(
@@ -197,6 +206,7 @@ SENTENCES = {
     "four-wire-unstated": _SEEN_IN_FOUR_WIRE_UNSTATED,
     "four-wire-settling": _SEEN_IN_FOUR_WIRE_SETTLING,
     "bridge": _SEEN_IN_BRIDGE,
+    "bridge-frequency": _SEEN_AT_BRIDGE_FREQUENCY,
     "bridge-resistance": _SEEN_IN_BRIDGE_RESISTANCE,
     "lines": _SEEN_IN_LINES,
     "sweep": _SEEN_IN_SWEEP,

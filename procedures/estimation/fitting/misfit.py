@@ -132,7 +132,7 @@ class Misfit:
             key = (finding.cause, finding.answer, finding.estimates)
             if key not in clearest or abs(finding.score) > abs(clearest[key].score):
                 clearest[key] = finding
-        order = [Answer.WITHHELD, Answer.WIDENED, Answer.MODELLED]
+        order = [Answer.WITHHELD, Answer.WIDENED, Answer.MODELLED, Answer.SAID]
         return cls(tuple(sorted(clearest.values(), key=lambda f: order.index(f.answer))))
 
 

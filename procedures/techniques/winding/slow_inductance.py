@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from GTC import ureal
@@ -17,6 +17,10 @@ from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Findi
 from procedures.estimation.winding.second_circuit import SeriesReading, hidden_share, second_circuit
 from procedures.verification.two_poles import poles_of
 
+#: What the setting says of which inductance is meant.
+AT_FREQUENCY = (
+    "the inductance at the test frequency is meant, not that for slow changes: closed circuits take nothing of it"
+)
 #: Lower frequencies over the test frequency, off the mains' where that is 1 kHz, and the lowest (Hz), which tells the resistance.
 _LOWER, _LOWEST = (0.25, 0.09, 0.04), 20.0
 #: The higher frequencies for the resistance, over the test frequency.
@@ -48,6 +52,14 @@ class Slow:
     most: float = 0.0
     unlike: float = 0.0
     hidden: float = 0.0
+
+    def at_frequency(self) -> "Slow":
+        """Return what is so of the inductance at the test frequency itself: circuits are told, and take nothing of it."""
+        said = tuple(
+            replace(finding, answer=Answer.SAID, figures={**finding.figures, "record": "bridge-frequency"})
+            for finding in self.misfit.findings
+        )
+        return Slow(UNCHANGED.ratio, Misfit(said))
 
 
 #: Where nothing was read at other frequencies.
@@ -120,7 +132,8 @@ def tell_hidden(procedure: Procedure[Any], axes: Sequence[Slow], frequency: floa
             text(
                 "the bridge's limits of error hide closed circuits here (solid magnets or iron, a shorted turn): for slow changes the "
                 "inductance may be larger than at {frequency:g} Hz, by up to {share:.0%}, and its interval "
-                "reaches so far. stator-resistance-dc in the same run narrows it, dq-inductance-time-constant shows such circuits",
+                "reaches so far. stator-resistance-dc in the same run narrows it, dq-inductance-time-constant shows such circuits; "
+                "set at_frequency=true if the inductance at {frequency:g} Hz is meant",
                 frequency=frequency,
                 share=share,
             ),
