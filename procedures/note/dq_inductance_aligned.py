@@ -37,7 +37,7 @@ from procedures.techniques.winding.alignment import aligning
 from procedures.techniques.winding.dq_axes import connection_of, require
 from procedures.techniques.winding.plots import aligned_plot
 from procedures.techniques.winding.short_correction import short_correct
-from procedures.techniques.winding.slow_inductance import AT_FREQUENCY, Slow, slow_inductance, tell_hidden
+from procedures.techniques.winding.slow_inductance import Slow, slow_inductance, tell_hidden
 from procedures.techniques.winding.supply_voltage import within_voltage
 from procedures.verification.settings import SupplyWiringSettings
 
@@ -56,7 +56,10 @@ class DqInductanceAlignedSettings(SupplyWiringSettings):
     level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
     aperture: Aperture = Field(default=Aperture.LONG, description="measurement time")
     repeats: int = Field(default=5, ge=1, le=100, description="readings at each position")
-    at_frequency: bool = Field(default=False, description=AT_FREQUENCY)
+    at_frequency: bool = Field(
+        default=False,
+        description="the inductance at the test frequency is meant, not that for slow changes: closed circuits take nothing of it",
+    )
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
     requested_uncertainty: float = Field(
         default=REQUESTED,

@@ -39,7 +39,7 @@ from procedures.techniques.instrument_choice import InstrumentChoice, choose_for
 from procedures.techniques.winding.dq_axes import connection_of
 from procedures.techniques.winding.plots import SweepPlot
 from procedures.techniques.winding.short_correction import short_correct
-from procedures.techniques.winding.slow_inductance import AT_FREQUENCY, UNCHANGED, Slow, slow_inductance, tell_hidden
+from procedures.techniques.winding.slow_inductance import UNCHANGED, Slow, slow_inductance, tell_hidden
 from procedures.verification.settings import WiringSettings
 
 #: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.
@@ -64,7 +64,10 @@ class DqInductanceExtremesSettings(WiringSettings):
     frequency: float = Field(default=1000.0, gt=0.0, le=1e6, description="test frequency, Hz")
     level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
     aperture: Aperture = Field(default=Aperture.MEDIUM, description="measurement time")
-    at_frequency: bool = Field(default=False, description=AT_FREQUENCY)
+    at_frequency: bool = Field(
+        default=False,
+        description="the inductance at the test frequency is meant, not that for slow changes: closed circuits take nothing of it",
+    )
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
     electrical_turns: float = Field(default=2.0, ge=1.0, le=100.0, description="electrical turns of the sweep")
     readings_per_period: int = Field(default=40, ge=8, le=1000, description="readings a period of the inductance")

@@ -17,10 +17,6 @@ from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Findi
 from procedures.estimation.winding.second_circuit import SeriesReading, hidden_share, second_circuit
 from procedures.verification.two_poles import poles_of
 
-#: What the setting says of which inductance is meant.
-AT_FREQUENCY = (
-    "the inductance at the test frequency is meant, not that for slow changes: closed circuits take nothing of it"
-)
 #: Lower frequencies over the test frequency, off the mains' where that is 1 kHz, and the lowest (Hz), which tells the resistance.
 _LOWER, _LOWEST = (0.25, 0.09, 0.04), 20.0
 #: The higher frequencies for the resistance, over the test frequency.
