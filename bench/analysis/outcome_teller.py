@@ -13,8 +13,6 @@ from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 class OutcomeTeller:
     """Stands in a procedure's place: figures become parameters, notices warnings; `findings` are kept by name."""
 
-    """Takes figures of the procedure's estimator into an analysis' outcome."""
-
     def __init__(self, outcome: AnalysisOutcome) -> None:
         self.findings: dict[str, Any] = {}
         self._outcome = outcome
