@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 from procedures.core.result import Parameter
 from procedures.estimation.fitting.intervals import Interval, around
-from procedures.estimation.winding.resistance import COPPER
 from procedures.estimation.winding.wiring import Poles, loop_resistance
 
 #: A winding may be warmer or colder by about 20 K than when its resistance was read in this run.
@@ -20,6 +19,8 @@ _DIFFERING = 1.0 / 3.0
 _CONTACTS, _CONTACT = (0.5, 1.5), 2e-3
 #: A winding at an ordinary room's temperature (°C) may cool by this (K) while others are measured; a warmer one, to that below it.
 _ROOM, _COOLING = 25.0, 2.0
+#: By this share a kelvin, 1/K, copper's resistance falls. (The estimators' constant would load what a panel's start does without.)
+_PER_KELVIN = 0.00393
 _NONE = Interval(0.0, 0.0)
 _ALIKE = (1.0, 1.0, 1.0)
 
@@ -128,7 +129,7 @@ class Lines:
         contacts may have added.
         """
         read = _read(lines, error, 0.0)
-        cooling = COPPER * (max(temperature - _ROOM, 0.0) + _COOLING)
+        cooling = _PER_KELVIN * (max(temperature - _ROOM, 0.0) + _COOLING)
         self._direct = replace(read, contacts=contacts, cooling=cooling) if read else None
 
     def direct(self, poles: Poles) -> Interval | None:
