@@ -29,6 +29,8 @@ _OF_TIMES, _NINTH = frozenset({"electrical_frequency"}), 1e-9
 _ROUNDED = text("few digits of the numbers in the file")
 #: A rounding of readings by less (share of the large ones) is not told.
 _NOT_TOLD = 1e-5
+#: A last digit (share of the readings) from which on its part of an interval is told, where nothing else in the record is as large.
+_WORTH_TELLING, _FEW_DIGITS = 0.01, "few-digits"
 TYPE_A_ONLY = text(
     "uncertainties are statistical (Type A), except for stated ones. The file does not contain gain and offset "
     "errors of oscilloscope, probes and sensors, so they are not included; state them with --accuracy"
@@ -132,6 +134,14 @@ class AnalysisOutcome:
         least = _ROUNDING_OF_A_FIT * digit / np.sqrt(12.0 * self._readings) * abs(float(quantity.x))
         if not quantity.u or self.uncertainties.scatter(quantity) >= least:
             return quantity
+        if digit > max(_WORTH_TELLING, 2.0 * self.uncertainties.scatter(quantity) / abs(float(quantity.x))):
+            told = text(
+                "the numbers of the coarsest column have so few digits that they are known to ±{share:.2g} % only, and the interval holds "
+                "that: write readings with all the digits that the instrument shows, not set points",
+                share=50.0 * digit,
+            )
+            if (_FEW_DIGITS, told) not in self._warnings:
+                self.warn(told, _FEW_DIGITS)
         return quantity * self.uncertainties.limit(text("last digit of the record's numbers"), 1.0, 0.5 * digit)
 
     def withhold(self, names: Iterable[str], cause: str, why: Text) -> None:

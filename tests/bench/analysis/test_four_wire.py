@@ -238,3 +238,10 @@ def test_two_columns_of_one_name_and_no_voltage(tmp_path):
     path = table(tmp_path / "ab.csv", (CURRENT, CURRENT), "I (A),I (A)")
     with pytest.raises(CaptureError, match="none of the columns could be the voltage"):
         analyze_four_wire(path)
+
+
+def test_set_points_of_one_digit_are_said_to_set_the_interval(tmp_path):
+    current = np.tile([1.0, -1.0, 2.0, -2.0, 3.0, -3.0], 2)
+    result = analyze_four_wire(table(tmp_path / "ab.csv", (current, volts(0.2, current=current)), "I (A),U (V)"))
+    [said] = [each["text"] for each in result["warnings"] if each["id"] == "few-digits"]
+    assert "known to ±23 % only" in said
