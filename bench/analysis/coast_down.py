@@ -89,7 +89,7 @@ def analyze_coast_down(
         record = RampRecord(capture.times(), channel, shaft[0] if shaft else level, filters)
         if not record.torque_name:
             for taken in (with_each_tooth, coasting, read_of_pulses):
-                record, notes = taken(record)
+                record, notes = estimated(capture, partial(taken, record))
                 assumed += notes
         records.append(record)
     applied = AppliedAccuracy(accuracy, _uses(records), captures)

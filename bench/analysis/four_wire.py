@@ -168,7 +168,9 @@ def _lines(capture: Capture, voltage: str | None, current: str | None) -> list[_
     if current is not None or not currents:
         currents = [_pick(capture, current, "current")]
     if voltage is not None or not voltages:
-        others = replace(capture, channels=tuple(c for c in capture.channels if c not in currents))
+        others = replace(
+            capture, channels=tuple(c for c in capture.channels if all(c is not taken for taken in currents))
+        )
         voltages = [_pick(others if len(others.channels) else capture, voltage, "voltage")]
     if len(currents) == 1:
         currents *= len(voltages)

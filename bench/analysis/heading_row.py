@@ -3,8 +3,11 @@
 import csv
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 
 from bench.captures.text import number
+from bench.i18n.errors import InputError, at
+from drivers.interfaces.text import text
 
 #: What parts the cells of a row.
 _MARKS = ("\t", ";", ",", " ")
@@ -24,14 +27,31 @@ def heading_of(lines: Sequence[str]) -> tuple[int, str]:
     return 0, next((mark for mark in _MARKS if mark in lines[0]), " ")
 
 
+def refuse_open_quotation(path: Path, rows: Sequence[Sequence[str]], lines: Sequence[int]) -> None:
+    """Raise InputError with the line whose quotation mark is not closed, so that its last cell holds all rows below."""
+    within = sum(cell.count("\n") for cell in rows[-1])
+    if within:
+        raise InputError(
+            at(
+                str(path),
+                text(
+                    "line {line}: a quotation mark is not closed; remove it, or close it in the same cell",
+                    line=lines[-1 - within],
+                ),
+            )
+        )
+
+
 def _place(lines: Sequence[str], mark: str) -> int | None:
     rows = [
         [cell.strip() for cell in row]
         for row in csv.reader((line.strip() if mark == " " else line for line in lines[:_ROWS]), delimiter=mark, skipinitialspace=True)
     ]  # fmt: skip
-    width = Counter(len(row) for row in rows[1:]).most_common(1)[0][0]
-    if width < 2:
+    widths = Counter(len(row) for row in rows[1:])
+    # A quotation mark that is not closed makes one row of all that follow.
+    if not widths or widths.most_common(1)[0][0] < 2:
         return None
+    width = widths.most_common(1)[0][0]
     return next((k for k, row in enumerate(rows[:_FIRST]) if len(row) >= width and _names(row)), None)
 
 

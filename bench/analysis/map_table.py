@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.analysis.heading_row import heading_of
+from bench.analysis.heading_row import heading_of, refuse_open_quotation
 from bench.captures.decimal_marks import doubtful_number
 from bench.captures.encoding import decoded
 from bench.captures.no_heading import without_comments
 from bench.captures.signs import plain_signs, without_blanks
-from bench.captures.text import BEYOND, number
+from bench.captures.text import BEYOND, NEGLIGIBLE, number
 from bench.captures.units import si
 from bench.i18n.errors import InputError, UsageError, at
 from drivers.interfaces.text import reason_of, text
@@ -106,6 +106,7 @@ def read_table(
             )
         )
     rows = list(csv.reader(io.StringIO("\n".join(lines)), delimiter=mark, skipinitialspace=True))
+    refuse_open_quotation(path, rows, [each for each, _ in numbered])
     heading = [cell.strip() for cell in rows[0]]
     below, first = [_Heading("")] * len(heading), 1
     if len(rows[1]) == len(heading):
@@ -347,5 +348,5 @@ def _numbers(
                     ),
                 )
             )
-        result[at_row] = read
+        result[at_row] = read if abs(read) >= NEGLIGIBLE else 0.0
     return result

@@ -135,15 +135,14 @@ class AnalysisOutcome:
         if not quantity.u or self.uncertainties.scatter(quantity) >= least:
             return quantity
         if 0.5 * digit > _COARSE:
-            self.warn(
-                text(
-                    "the numbers of '{name}' are written to {share:.0%} of their size, and scatter by less: half of that is in the "
-                    "interval, as an error that all share. Write what the meter showed with all its digits, not round set points",
-                    name=self._coarsest,
-                    share=digit,
-                ),
-                "few-digits",
+            said = text(
+                "the numbers of '{name}' are written to {share:.0%} of their size, and scatter by less: half of that is in the "
+                "interval, as an error that all share. Write what the meter showed with all its digits, not round set points",
+                name=self._coarsest,
+                share=digit,
             )
+            if ("few-digits", said) not in self._warnings:
+                self.warn(said, "few-digits")
         return quantity * self.uncertainties.limit(text("last digit of the record's numbers"), 1.0, 0.5 * digit)
 
     def withhold(self, names: Iterable[str], cause: str, why: Text) -> None:

@@ -9,7 +9,8 @@ from bench.analysis.pulse_times import at_middles, over_turns, pulse_intervals, 
 from bench.captures import CaptureChannel
 from bench.captures.written_digits import FloatArray
 from drivers.interfaces.text import Text, text
-from procedures.estimation.mechanics.release import release_of, standstill_of
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.mechanics.release import driven_again, release_of, standstill_of
 from procedures.estimation.mechanics.turning import SpeedRamp
 
 #: What stands for the channel of a torque that no column has.
@@ -88,8 +89,17 @@ def with_each_tooth(record: RampRecord) -> tuple[RampRecord, list[Text]]:
 
 
 def coasting(record: RampRecord) -> tuple[RampRecord, list[Text]]:
-    """Return the part of a record without a torque in which the shaft coasts, and what is said of the rest."""
+    """Return the part of a record without a torque in which the shaft coasts, and what is said of the rest.
+
+    Raises EstimationError for a record with more than one coast-down.
+    """
     speeds, time = record.speed.values, record.time
+    again = driven_again(speeds)
+    if again is not None:
+        raise EstimationError(
+            f"the shaft slows down and is driven again at about {time[again]:.4g} s: the record has more than one coast-down; take one "
+            f"of them with --from and --to, as with --to {time[again]:.4g}"
+        )
     first, after = release_of(time, speeds), standstill_of(speeds)
     notes = []
     if first:

@@ -22,6 +22,8 @@ LONGEST = 512 * 1024 * 1024
 _BLANK = 0.4
 #: No instrument reads such a value, in whatever unit: files mark a missing reading so.
 BEYOND = 1e30
+#: A number nearer to zero than this is taken as zero.
+NEGLIGIBLE = 1e-100
 
 
 class Readable(Protocol):
@@ -104,6 +106,8 @@ def read_numbers(
     # Blank lines are passed over by the fast reader, and would shift the numbers of lines.
     if table is None or table.shape[0] != len(lines) - first:
         table = np.array([_row(path, line, first + k + 1, columns, delimiter) for k, line in enumerate(lines[first:])])
+    # What is left of a subtraction is no reading, and overflows where it divides.
+    table[np.abs(table) < NEGLIGIBLE] = 0.0
     bad = np.argwhere(~np.isfinite(table))
     size = np.abs(table)
     beyond = np.argwhere(~((size < BEYOND) | (size == allowed)))

@@ -127,7 +127,11 @@ def make_app() -> App:
         ("forward:forward", "forward", "Forward the records that wait for their server."),
         ("close:close", "close", "List and close batches that were broken off."),
         ("pack:pack", "pack", "Compress the runs of batches that were measured before."),
-        ("motors:motors", "motors", "List the motors with a figure or a failure, and their runs."),
+        (
+            "motors:motors",
+            "motors",
+            "List the motors of a figure or a failure, or those that did not pass.",
+        ),
         ("plan:plan", "plan", "Write a plan from a measured motor."),
         ("migrate:migrate", "migrate", "Bring the tables of records up to this version."),
         ("stats:stats", "stats", "Yield, failures, capability, charts, gauge studies."),

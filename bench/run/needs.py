@@ -80,7 +80,13 @@ def unmet(planned: Planned, station: Station) -> list[Text]:
     entries, said = station.entries, []
     roles = planned.procedure.roles_at(planned.settings, entries.keys())
     absent = sorted(f"[instruments.{role.value}]" for role in roles - entries.keys())
-    if absent:
+    if absent == ["[instruments.drive]"] and station.source == VIRTUAL:
+        said.append(
+            text(
+                "the virtual bench has a six-step drive only for a motor that runs on one, as with --motor 92bl-30-25l"
+            )
+        )
+    elif absent:
         said.append(text("it needs {tables}", tables=absent))
     for role, demand in planned.procedure.needed(planned.settings).items():
         if role in entries:

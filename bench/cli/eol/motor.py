@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from bench.cli.output import print_json
+from bench.eol.serial_number import in_other_capitals
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
@@ -40,6 +41,16 @@ def motor(serial_number: str, *, records: str = "records.sqlite", json: bool = F
     translate = translator(language_of(language))
     with own_records(records) as kept:
         tests = kept.of_motor(serial_number)
+        there = "" if tests else next((one for one in in_other_capitals(serial_number) if kept.of_motor(one)), "")
+    if there:
+        raise UsageError(
+            text(
+                "{records}: contains no test of a motor {serial!r}, but of {there!r}, which differs in capitals only: type it so",
+                records=records,
+                serial=serial_number,
+                there=there,
+            )
+        )
     if not tests:
         raise UsageError(
             text("{records}: contains no test of a motor {serial!r}", records=records, serial=serial_number)

@@ -14,6 +14,12 @@ from bench.i18n.language import language_of, translator
 from bench.run.console import console_on
 from drivers.interfaces.text import Text, text
 
+_NONE = text("no motor of the records is as wanted")
+_ALL_PASSED = text(
+    "every motor of these records passed: without --parameter, --failed and --serial only those that did not are listed. --parameter NAME "
+    "lists motors by a figure, --serial NUMBER the tests of one"
+)
+
 
 def motors(
     *batches: str,
@@ -104,7 +110,7 @@ def motors(
     finally:
         engine.dispose()
     if not found:
-        print(f"motorbench: {text('no motor of the records is as wanted').render(translate)}", file=sys.stderr)
+        print(f"motorbench: {(_NONE if asked else _ALL_PASSED).render(translate)}", file=sys.stderr)
     if json:
         print_json({"motors": [_plain(asdict(each)) for each in found]})
         return

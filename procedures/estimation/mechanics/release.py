@@ -20,6 +20,8 @@ _STARTED = 0.98
 _BEYOND = 2
 #: So many means from the bend on are left out.
 _BESIDE = 3
+#: A shaft above this share of its top speed is fast, and below the other it has slowed down: no coast-down does so twice.
+_FAST, _SLOWED = 0.5, 0.25
 #: So many equal readings at the end, this share of all, below this share of the top speed, are those of a sensor without pulses.
 _STUCK, _STUCK_SHARE, _STUCK_SLOW = 20, 0.02, 0.2
 
@@ -53,6 +55,25 @@ def release_of(time: FloatArray, speed: FloatArray) -> int:
     # What the means around the bend hold belongs to neither.
     first = max(peak + _BEYOND, 0 if bend is None else begin + bend + _BESIDE)
     return int(min(first * block, time.size - 1))
+
+
+def driven_again(speed: FloatArray) -> int | None:
+    """Return the index from which on a shaft that has slowed down from its top speed becomes fast again (n,), None where it does not."""
+    block = max(1, speed.size // _MEANS)
+    count = speed.size // block
+    w = np.abs(np.median(speed[: count * block].reshape(count, block), axis=1))
+    fast, slowed = w > _FAST * np.max(w), w < _SLOWED * np.max(w)
+    if count < 4 * _LEAST:
+        return None
+    first = int(np.argmax(w))
+    slow = np.flatnonzero(slowed[first:])
+    if not slow.size:
+        return None
+    again = np.flatnonzero(fast[first + slow[0] :])
+    if again.size < _LEAST:
+        return None
+    rise = first + int(slow[0]) + int(again[0])
+    return int(np.flatnonzero(slowed[:rise])[-1]) * block
 
 
 def _bend(t: FloatArray, w: FloatArray) -> int | None:

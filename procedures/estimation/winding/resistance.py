@@ -27,6 +27,8 @@ _SHOWN = 0.1
 _SAME_LEVEL = 0.02
 #: At more levels than this one of them has little weight.
 _MOST_LEVELS = 8
+#: A reading below this share of the largest current is one without a current.
+_NONE = 1e-3
 #: Readings over for a voltage that bends, and how much more χ² another shape may leave to be as likely.
 _LEAST_TO_BEND, _RIVALS = 2, 12.0
 #: A shape of which less than this share is its own is the rest of the design.
@@ -116,7 +118,7 @@ def slope(voltage: ArrayLike, current: ArrayLike) -> Fit:
     the order of time, evenly spaced: a voltage that drifts along, as thermal EMF of contacts that warm up does, or a resistance that
     changes where the current is larger, is in the model where the readings show it, see `misfit`. So is a reading that contradicts all
     others: it is left out, and what it would change is in the interval. So is what a voltage that does not rise straight would do.
-    Raises EstimationError on too few points, currents of one sign or of one amount only, and a falling voltage.
+    Raises EstimationError on too few points, currents of one sign or of one amount only, and a voltage that falls or does not change.
     """
     v, i = series("voltage", voltage, least=4), series("current", current, least=4)
     same_length(voltage=v, current=i)
@@ -124,8 +126,13 @@ def slope(voltage: ArrayLike, current: ArrayLike) -> Fit:
         raise EstimationError(
             "all currents have one sign, and a thermal voltage that changes then looks like resistance; take readings with both polarities"
         )
-    if np.ptp(np.abs(i)) <= 1e-9 * np.max(np.abs(i)):
+    if np.ptp(_carried(i)) <= 1e-9 * np.max(np.abs(i)):
         raise EstimationError("all currents are alike; take readings at several currents")
+    if not np.ptp(v) > 0.0:
+        raise EstimationError(
+            "all voltages are alike, whatever the current: the voltmeter is not connected, or its range is too coarse; "
+            "check its leads and choose a finer range"
+        )
     order = np.linspace(-1.0, 1.0, v.size)
     odd = _odd(v, i)
     fit = _as_straight(_with_drift(v, i, order), v, i, order) if odd is None else _without(v, i, order, odd)
@@ -204,7 +211,7 @@ def _as_straight(fit: Fit, v: FloatArray, i: FloatArray, order: FloatArray) -> F
     plain = _plain(i) if not fit.misfit else np.column_stack((_plain(i), order, order * i))
     freedom = v.size - plain.shape[1] - 1
     amounts = np.abs(i) / float(np.max(np.abs(i)))
-    levels = _levels(amounts)
+    levels = _levels(_carried(amounts))
     if levels.size < 3:
         return _at_two_amounts(fit, i)
     if freedom < _LEAST_TO_BEND:
@@ -245,7 +252,7 @@ def _at_two_amounts(fit: Fit, i: FloatArray) -> Fit:
     """Return the fit with what readings at two amounts of current leave open: a contact that changes with the current, or a range that
     reads differently, looks like the zero of the current's meter.
     """
-    zero, least = fit.value("meter"), float(np.min(np.abs(i)))
+    zero, least = fit.value("meter"), float(np.min(_carried(i)))
     score = abs(zero) / max(fit.uncertainty("meter"), 1e-300)
     bend = _Bend(score, abs(zero) / least, 0.0)
     covariance = fit.covariance.copy()
@@ -271,7 +278,13 @@ def hidden_drift(current: FloatArray) -> float:
 
 def count_of_levels(current: FloatArray) -> int:
     """Return at how many amounts of current (A) readings stand."""
-    return int(_levels(np.abs(current) / float(np.max(np.abs(current)))).size)
+    return int(_levels(_carried(current) / float(np.max(np.abs(current)))).size)
+
+
+def _carried(current: FloatArray) -> FloatArray:
+    """Return the amounts of current (A) without those of readings at no current, which show the voltmeter's zero and no resistance."""
+    amounts = np.abs(current)
+    return np.asarray(amounts[amounts > _NONE * np.max(amounts)], dtype=np.float64)
 
 
 def _levels(amounts: FloatArray) -> FloatArray:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bench.analysis.coast_down import analyze_coast_down
+from bench.captures import CaptureError
 
 COULOMB, VISCOUS, TOP, STEP = 20.0, 0.1, 300.0, 0.002
 #: A shaft whose drive comes to the end of its voltage: it rises ever more slowly, and lets go there.
@@ -65,3 +66,19 @@ def test_what_comes_behind_the_standstill_is_left_out(tmp_path, behind):
     assert any("is constant from" in each for each in found["assumptions"])
     assert not found["misfit"]
     assert holds(found)
+
+
+def test_a_second_coast_down_is_refused_with_where_the_first_ends(tmp_path):
+    stood, up = np.zeros(1000), np.linspace(0.0, 0.95 * TOP, 500)
+    down = np.linspace(0.95 * TOP, 0.0, 4000)
+    with pytest.raises(
+        CaptureError, match=r"driven again at about .* more than one coast-down; take one of them with --from and --to"
+    ):
+        analysed(tmp_path, np.linspace(0.0, TOP, 500), behind=np.concatenate((stood, up, down)))
+
+
+def test_a_slower_run_before_is_left_out(tmp_path):
+    before = np.concatenate(
+        (np.linspace(0.0, 0.8 * TOP, 500), np.linspace(0.8 * TOP, 0.0, 4000), np.linspace(0.0, TOP, 500))
+    )
+    assert holds(analysed(tmp_path, before))

@@ -226,3 +226,38 @@ def test_a_sweep_of_the_current_says_that_it_hides_a_thermal_drift(tmp_path, alt
         # 10 µV over 10 A: a thousandth of 1 mΩ, as the warning says.
         assert given(result)["value"] == pytest.approx(1e-3 * 1.0005, rel=1e-4)
         assert high - low < 1e-6
+
+
+def test_a_reading_without_a_current_is_one_of_the_voltmeters_zero(tmp_path):
+    levels = np.array([0.0, 1.0012, 2.0007, 3.0021, 4.0003])
+    current = np.concatenate((levels, -levels, levels, -levels))
+    result = analyze_four_wire(table(tmp_path / "ab.csv", (current, volts(0.2, current=current)), "I (A),U (V)"))
+    low, high = given(result)["coverage_interval"]
+    assert low < 0.1 < high
+    assert high - low < 1e-4
+
+
+def test_a_current_and_nothing_do_not_show_a_resistance(tmp_path):
+    current = np.tile([-1.0, 0.0, 1.0], 4)
+    path = table(tmp_path / "ab.csv", (current, volts(0.2, current=current)), "I (A),U (V)")
+    with pytest.raises(CaptureError, match="all currents are alike; take readings at several currents"):
+        analyze_four_wire(path)
+
+
+def test_a_voltmeter_that_is_off_is_said(tmp_path):
+    path = table(tmp_path / "ab.csv", (CURRENT, 0.0 * CURRENT), "I (A),U (V)")
+    with pytest.raises(CaptureError, match="all voltages are alike, whatever the current"):
+        analyze_four_wire(path)
+
+
+def test_two_columns_of_one_name_and_no_voltage(tmp_path):
+    path = table(tmp_path / "ab.csv", (CURRENT, CURRENT), "I (A),I (A)")
+    with pytest.raises(CaptureError, match="none of the columns could be the voltage"):
+        analyze_four_wire(path)
+
+
+def test_set_points_of_one_digit_are_said_to_set_the_interval(tmp_path):
+    current = np.tile([1.0, -1.0, 2.0, -2.0, 3.0, -3.0], 2)
+    result = analyze_four_wire(table(tmp_path / "ab.csv", (current, volts(0.2, current=current)), "I (A),U (V)"))
+    [said] = [each["text"] for each in result["warnings"] if each["id"] == "few-digits"]
+    assert "written to 46% of their size" in said

@@ -66,3 +66,21 @@ def test_a_motor_is_found_however_its_letters_are_sent(
         assert (code, len(out.splitlines())) == (0, 1)
         code, out, _ = called(capsys, "eol", "motors", "--serial", typed, "--records", reference, "--json")
         assert (code, [each["serial_number"] for each in json.loads(out)["motors"]]) == (0, [one])
+
+
+def test_a_serial_number_in_other_capitals_is_told(
+    records: Records, reference: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    records.save(motor_record(1, serial_number="R-1a"))
+    code, _, err = called(capsys, "eol", "motor", "r-1A", "--records", reference)
+    assert code == 2
+    assert "but of 'R-1a', which differs in capitals only" in err
+
+
+def test_motors_that_all_passed_are_not_said_to_be_none(
+    records: Records, reference: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    records.save(motor_record(1, verdict=Verdict.PASS))
+    code, _, err = called(capsys, "eol", "motors", "--records", reference)
+    assert code == 0
+    assert "every motor of these records passed" in err
