@@ -8,6 +8,7 @@ import pytest
 
 from drivers.interfaces import Accuracy, NotOfferedError
 from drivers.keysight.e4980a import KeysightE4980A
+from tests.studies.worlds.measured_motor import measure, study_plan
 
 MOTORS = Path(__file__).parents[2] / "bench" / "motors"
 BRIDGES = ("dq-inductance-aligned", "dq-inductance-extremes")
@@ -122,3 +123,10 @@ def test_hum_beside_a_small_current_is_no_lost_control(motorbench, tmp_path):
     status, given = motorbench(*arguments, "--disturbances", str(file))
     assert status != 0
     assert "50 Hz, as the mains have" in str(given)
+
+
+def test_currents_that_two_legs_share_are_no_circuit_of_the_winding():
+    """A wye of unequal legs and a rotor that is not quite where it should be, in parallel look like a circuit of a few per cent."""
+    drawn = measure(2, 17, study_plan(("dq-inductance-aligned",)))
+    assert {figure.name for figure in drawn.figures} == {"d_axis_inductance", "q_axis_inductance"}
+    assert all(figure.low <= figure.truth <= figure.high for figure in drawn.figures)
