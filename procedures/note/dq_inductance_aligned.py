@@ -37,7 +37,7 @@ from procedures.techniques.winding.alignment import aligning
 from procedures.techniques.winding.dq_axes import connection_of, require
 from procedures.techniques.winding.plots import aligned_plot
 from procedures.techniques.winding.short_correction import short_correct
-from procedures.techniques.winding.slow_inductance import Slow, or_of_parallel_legs, slow_inductance, tell_hidden
+from procedures.techniques.winding.slow_inductance import Slow, or_of_joined_lines, slow_inductance, tell_hidden
 from procedures.techniques.winding.supply_voltage import within_voltage
 from procedures.verification.settings import SupplyWiringSettings
 
@@ -181,7 +181,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         self.bench.show(lambda: aligned_plot(self.findings["reading_d"], self.findings.get("reading_q")))
         reading = self.bench.uncertainties.instrument("LCR meter", statistics, taken.inductance_accuracy)
         seen = slow_inductance(self, connection, *at, (f"{axis}_axis_inductance",))
-        slow = seen.at_frequency() if self.settings.at_frequency else or_of_parallel_legs(seen, self)
+        slow = seen.at_frequency() if self.settings.at_frequency else or_of_joined_lines(seen, self)
         if bridge.read_by_hand or not self.settings.check_alignment:
             return Position(reading, 0.0, slow)
         lines = []

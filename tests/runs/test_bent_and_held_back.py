@@ -125,8 +125,8 @@ def test_hum_beside_a_small_current_is_no_lost_control(motorbench, tmp_path):
     assert "50 Hz, as the mains have" in str(given)
 
 
-def test_currents_that_two_legs_share_are_no_circuit_of_the_winding():
-    """A wye of unequal legs and a rotor that is not quite where it should be, in parallel look like a circuit of a few per cent."""
+def test_the_loop_of_two_joined_lines_is_no_circuit_beside_the_winding():
+    """Friction holds the rotor a little off its axis, and so couples the loop of B and C."""
     drawn = measure(2, 17, study_plan(("dq-inductance-aligned",)))
     assert {figure.name for figure in drawn.figures} == {"d_axis_inductance", "q_axis_inductance"}
     assert all(figure.low <= figure.truth <= figure.high for figure in drawn.figures)

@@ -27,8 +27,8 @@ _IRON, _ANY = 5e-3, 0.03
 _LEAST, _MOST = 2e-3, 0.25
 #: Circuits so much slower than the winding are assumed where the lowest frequency finds so much more resistance than direct current does.
 _SLOWER, _WARMER = 4.0, 0.008
-#: Legs that differ by some per cent look like a circuit of no more than this k².
-_OF_LEGS = 0.03
+#: A rotor some degrees off its axis couples the loop of two joined lines by no more than this k².
+_OF_LOOP = 0.03
 #: What circuits that are not seen may hide is told from this share on.
 _TOLD = 0.1
 _RECTANGULAR = 1.0 / math.sqrt(3.0)
@@ -64,17 +64,17 @@ class Slow:
 UNCHANGED = Slow(ureal(1.0, 0.0))
 
 
-def or_of_parallel_legs(slow: Slow, procedure: Procedure[Any]) -> Slow:
-    """Return what a circuit says where two legs are in parallel: a small one may be their currents, which part by resistance at low
-    frequency and by inductance at high. The inductance for slow changes is then that at the test frequency: the interval spans both.
+def or_of_joined_lines(slow: Slow, procedure: Procedure[Any]) -> Slow:
+    """Return what a circuit says where two lines are joined: their loop is a closed one, which a rotor that friction holds off its axis
+    couples. The inductance wanted is then that at the test frequency: of a small circuit the interval spans both.
     """
-    small = [f for f in slow.misfit.findings if float(f.figures["coupling"]) < _OF_LEGS]
+    small = [f for f in slow.misfit.findings if float(f.figures["coupling"]) < _OF_LOOP]
     if not small or any(f.answer is Answer.WITHHELD for f in slow.misfit.findings):
         return slow
     reach = math.sqrt(3.0) * float(slow.ratio.u)
     low, high = min(1.0, float(slow.ratio.x) - reach), max(1.0, float(slow.ratio.x) + reach)
     ratio = procedure.bench.uncertainties.limit(
-        text("a second circuit, or currents of two legs in parallel"),
+        text("a second circuit, or the loop of the joined lines"),
         (low + high) / 2.0,
         _TO_THE_ENDS * (high - low) / 2.0,
     )
