@@ -15,7 +15,7 @@ from bench.journal.events.safety import GuardianStart, InterlocksStart
 from bench.journal.journal_file import JournalFile
 from bench.journal.run_folder import RunFolder
 from bench.run.context import RunContext
-from bench.run.plan import Planned, parameters_of, torque_currents_of
+from bench.run.plan import Planned, measured_at, parameters_of
 from bench.run.request import RunOptions, RunRequest
 from bench.safety.watchdogs import RoleWatchdog
 from bench.station.calibration import Calibration
@@ -57,7 +57,7 @@ def beginning(
         probes=list(request.probes),
         language=request.language,
         software=dict(options.versions),
-        truth=context.simulation.true_values(parameters_of(plan), torque_currents_of(plan, motor.nameplate, station)),
+        truth=context.simulation.true_values(parameters_of(plan), measured_at(plan, motor.nameplate, station)),
         motor_file=motor.content,
         station_file=station.content,
         batch=unit.batch if unit else None,

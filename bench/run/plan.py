@@ -4,7 +4,7 @@ import math
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bench.files.toml_file import nearest, validate
 from bench.i18n.errors import UsageError
@@ -17,6 +17,9 @@ from procedures.core.nameplate import Nameplate
 from procedures.core.parameter_definition import ParameterTable
 from procedures.core.procedure import Procedure, Settings
 from procedures.known_parameters import known_parameters
+
+if TYPE_CHECKING:
+    from bench.virtual.true_values import MeasuredAt
 
 Catalogue = Mapping[str, type[Procedure[Any]]]
 
@@ -35,14 +38,24 @@ def parameters_of(plan: Iterable[Planned]) -> ParameterTable:
     return known_parameters({each.name: each.procedure for each in plan})
 
 
-def torque_currents_of(plan: Iterable[Planned], nameplate: Nameplate, station: Station) -> list[float]:
-    """Return the q-axis currents (A, peak) at which a plan measures torque per ampere; empty where it does not."""
-    planned = next((each for each in plan if each.name == "torque-constant"), None)
-    if planned is None:
-        return []
+def measured_at(plan: Iterable[Planned], nameplate: Nameplate, station: Station) -> "MeasuredAt":
+    """Return at which q-axis currents (A, peak) a plan measures torque per ampere, and at which frequency (Hz) inductances."""
+    from bench.virtual.true_values import MeasuredAt
+
+    currents: list[float] = []
+    frequency = 0.0
+    for each in plan:
+        if each.name == "torque-constant":
+            currents = _torque_currents(each.settings, nameplate, station)
+        if getattr(each.settings, "at_frequency", False):
+            frequency = float(getattr(each.settings, "frequency", 0.0))
+    return MeasuredAt(currents, frequency)
+
+
+def _torque_currents(settings: Settings, nameplate: Nameplate, station: Station) -> list[float]:
     from procedures.note.torque_constant import TorqueConstantSettings, torque_currents
 
-    settings, inverter = planned.settings, station.entries.get(Role.INVERTER)
+    inverter = station.entries.get(Role.INVERTER)
     if not isinstance(settings, TorqueConstantSettings) or not settings.measured:
         return []
     most = float(getattr(inverter.options, "maximum_current", math.inf)) if inverter else math.inf

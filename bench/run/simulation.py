@@ -1,11 +1,10 @@
 """Access of a run to the virtual bench on which it takes place."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from bench.i18n.simulated import simulated
 from bench.virtual.fault_hooks import FaultListener
-from bench.virtual.true_values import true_values
+from bench.virtual.true_values import MeasuredAt, true_values
 from drivers.interfaces.text import lines, text
 from drivers.transport.in_process import InProcess
 from procedures.core.parameter_definition import ParameterTable
@@ -29,11 +28,8 @@ class Simulation:
 
     in_process: InProcess | None = None
 
-    def true_values(self, definitions: ParameterTable, torque_currents: Sequence[float] = ()) -> dict[str, float]:
-        """Return the virtual motor's true values of some parameters by name; empty if they are not known.
-
-        Its torque constant is that at the q-axis currents (A, peak) at which it is to be measured, where these are given.
-        """
+    def true_values(self, definitions: ParameterTable, at: MeasuredAt) -> dict[str, float]:
+        """Return the virtual motor's true values of some parameters by name, as they are to be measured; empty if they are not known."""
         return {}
 
     def step_started(self, step: str, procedure: str) -> None:
@@ -73,9 +69,9 @@ class InProcessSimulation(Simulation):
         self.in_process = bench
         self._motor, self._drive = motor, drive
 
-    def true_values(self, definitions: ParameterTable, torque_currents: Sequence[float] = ()) -> dict[str, float]:
+    def true_values(self, definitions: ParameterTable, at: MeasuredAt) -> dict[str, float]:
         """Return the true values of its motor."""
-        return true_values(definitions, self._motor, self._drive, torque_currents)
+        return true_values(definitions, self._motor, self._drive, at)
 
     def step_started(self, step: str, procedure: str) -> None:
         """Tell its faults which step begins."""
@@ -103,8 +99,10 @@ class ServedSimulation(Simulation):
     def __init__(self, world: "ServedWorld") -> None:
         self._world = world
 
-    def true_values(self, definitions: ParameterTable, torque_currents: Sequence[float] = ()) -> dict[str, float]:
-        """Return the true values that its server tells, which knows of no procedure: the torque constant is that at no current."""
+    def true_values(self, definitions: ParameterTable, at: MeasuredAt) -> dict[str, float]:
+        """Return the true values that its server tells, which knows of no procedure: the torque constant is that at no current,
+        inductances are those for slow changes.
+        """
         return {name: value for name, value in self._world.motor_truth().items() if name in definitions}
 
     def step_started(self, step: str, procedure: str) -> None:

@@ -15,7 +15,7 @@ from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import RunView
 from bench.plugins.catalogues import installed
 from bench.run.needs import check_needs
-from bench.run.plan import Planned, make_plan, torque_currents_of
+from bench.run.plan import Planned, make_plan, measured_at
 from bench.run.request import RunOptions, RunRequest
 from bench.run.retry_policy import never_stop
 from bench.run.run import carry_out
@@ -86,7 +86,7 @@ class StationStudy:
                 check_needs(planned, context.station)
                 definitions = known_parameters({each.name: each.procedure for each in planned})
                 truth = context.simulation.true_values(
-                    definitions, torque_currents_of(planned, drawn.motor.nameplate, context.station)
+                    definitions, measured_at(planned, drawn.motor.nameplate, context.station)
                 )
                 options = RunOptions(
                     after=never_stop,

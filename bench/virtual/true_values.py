@@ -3,6 +3,7 @@
 import cmath
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,20 +18,41 @@ from sim_instruments.six_step.emf import mean_line_emf
 _RPM = math.pi / 30.0
 
 
+@dataclass(frozen=True)
+class MeasuredAt:
+    """What true values depend on: the q-axis currents (A, peak) of a torque constant, else none of a motor that saturates, and the
+    frequency (Hz) of inductances beside closed circuits, 0 for slow changes.
+    """
+
+    torque_currents: Sequence[float] = ()
+    inductance_frequency: float = 0.0
+
+
+#: Without a torque's current, and for slow changes.
+UNMEASURED = MeasuredAt()
+
+
 def true_values(
     definitions: ParameterTable,
     motor: VirtualMotor,
     drive: SixStepDrive | None = None,
-    torque_currents: Sequence[float] = (),
+    at: MeasuredAt = UNMEASURED,
 ) -> dict[str, float]:
     """Return a virtual motor's true values by parameter, SI, of the Y-equivalent where that matters; a drive's own where it has one.
 
-    A motor that saturates has the torque constant of the q-axis currents (A, peak) at which it is measured, else that at no current.
     Raises ValueError for a definition whose `true_value` names nothing.
     """
+    torque_currents = at.torque_currents
     found = {each.name: _true_value(each, motor, drive) for each in definitions.values() if each.true_value}
     if motor.flux_map is not None and found.get("torque_constant") is not None and len(torque_currents) > 1:
         found["torque_constant"] = _torque_slope(motor, motor.flux_map, np.asarray(torque_currents))
+    angular = 2.0 * math.pi * at.inductance_frequency
+    for name, winding in (
+        ("d_axis_inductance", motor.d_axis_inductance),
+        ("q_axis_inductance", motor.q_axis_inductance),
+    ):
+        if (slow := found.get(name)) is not None:
+            found[name] = slow * motor.iron.inductance_share(angular * winding)
     return {name: value for name, value in found.items() if value is not None}
 
 

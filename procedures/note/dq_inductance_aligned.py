@@ -37,7 +37,7 @@ from procedures.techniques.winding.alignment import aligning
 from procedures.techniques.winding.dq_axes import connection_of, require
 from procedures.techniques.winding.plots import aligned_plot
 from procedures.techniques.winding.short_correction import short_correct
-from procedures.techniques.winding.slow_inductance import Slow, or_of_joined_lines, slow_inductance, tell_hidden
+from procedures.techniques.winding.slow_inductance import Slow, or_of_joined_lines, slow_inductance, tell_meant
 from procedures.techniques.winding.supply_voltage import within_voltage
 from procedures.verification.settings import SupplyWiringSettings
 
@@ -57,8 +57,9 @@ class DqInductanceAlignedSettings(SupplyWiringSettings):
     aperture: Aperture = Field(default=Aperture.LONG, description="measurement time")
     repeats: int = Field(default=5, ge=1, le=100, description="readings at each position")
     at_frequency: bool = Field(
-        default=False,
-        description="the inductance at the test frequency is meant, not that for slow changes: closed circuits take nothing of it",
+        default=True,
+        description="the inductance at the test frequency is meant; false: that for slow changes, whose interval reaches as far as closed "
+        "circuits (in magnets, solid iron) may be hidden from the bridge",
     )
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
     requested_uncertainty: float = Field(
@@ -226,7 +227,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
 
     def _conclude(self, at_d: Position, at_q: Position) -> None:
         d, q = self._allowed_for(at_d, at_q)
-        tell_hidden(self, (at_d.slow, at_q.slow), self.settings.frequency)
+        tell_meant(self, (at_d.slow, at_q.slow), self.settings.frequency, at_frequency=self.settings.at_frequency)
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
         halved = {"d": 0.5 * float(d.x), "q": 0.5 * float(q.x)}
         self.findings["halved_readings"] = halved

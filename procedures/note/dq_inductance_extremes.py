@@ -39,7 +39,7 @@ from procedures.techniques.instrument_choice import InstrumentChoice, choose_for
 from procedures.techniques.winding.dq_axes import connection_of
 from procedures.techniques.winding.plots import SweepPlot
 from procedures.techniques.winding.short_correction import short_correct
-from procedures.techniques.winding.slow_inductance import UNCHANGED, Slow, slow_inductance, tell_hidden
+from procedures.techniques.winding.slow_inductance import UNCHANGED, Slow, slow_inductance, tell_meant
 from procedures.verification.settings import WiringSettings
 
 #: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.
@@ -65,8 +65,9 @@ class DqInductanceExtremesSettings(WiringSettings):
     level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
     aperture: Aperture = Field(default=Aperture.MEDIUM, description="measurement time")
     at_frequency: bool = Field(
-        default=False,
-        description="the inductance at the test frequency is meant, not that for slow changes: closed circuits take nothing of it",
+        default=True,
+        description="the inductance at the test frequency is meant; false: that for slow changes, whose interval reaches as far as closed "
+        "circuits (in magnets, solid iron) may be hidden from the bridge",
     )
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
     electrical_turns: float = Field(default=2.0, ge=1.0, le=100.0, description="electrical turns of the sweep")
@@ -343,7 +344,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                     "half the reading. Both are given"
                 ),
             )
-        tell_hidden(self, (sweep.slow,), self.settings.frequency)
+        tell_meant(self, (sweep.slow,), self.settings.frequency, at_frequency=self.settings.at_frequency)
         # What is held back was seen at one angle; a circuit may hold back more on the one axis, in proportion to it or so.
         smallest, largest = sorted(float(one.x) for one in found.values())
         unlike = self.bench.uncertainties.limit(

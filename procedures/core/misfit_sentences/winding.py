@@ -135,8 +135,8 @@ _SEEN_IN_BRIDGE = {
     Cause.SECOND_TIME_CONSTANT: text(
         "the resistance at {frequency:g} Hz is {rise:.1%} above that at {lowest:g} Hz, and the inductance for slow changes {more:.1%} "
         "above that at {frequency:g} Hz: a second time constant of {time_constant:.3g} s with a coupling of {coupling:.2g}, as eddy "
-        "currents in iron or magnets, or shorted turns, cause it. The inductance for slow changes is the one meant; a lower frequency "
-        "reads more of it"
+        "currents in iron or magnets, or shorted turns, cause it. The inductance for slow changes is the one given, as "
+        "at_frequency=false says; a lower frequency reads more of it"
     ),
 }
 #: The same where the inductance at the bridge's frequency is meant: `record` = "bridge-frequency".
@@ -144,8 +144,8 @@ _SEEN_AT_BRIDGE_FREQUENCY = {
     Cause.SECOND_TIME_CONSTANT: text(
         "the resistance at {frequency:g} Hz is {rise:.1%} above that at {lowest:g} Hz, and the inductance for slow changes {more:.1%} "
         "above that at {frequency:g} Hz: a second time constant of {time_constant:.3g} s with a coupling of {coupling:.2g}, as eddy "
-        "currents in iron or magnets, or shorted turns, cause it. The inductance at {frequency:g} Hz is the one given, as "
-        "at_frequency says"
+        "currents in iron or magnets, or shorted turns, cause it. The inductance at {frequency:g} Hz is the one given; "
+        "at_frequency=false gives that for slow changes"
     ),
 }
 #: What is said of a bridge's resistance at several frequencies: `record` = "bridge-resistance".

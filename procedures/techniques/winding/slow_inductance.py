@@ -57,7 +57,7 @@ class Slow:
             replace(finding, answer=Answer.SAID, figures={**finding.figures, "record": "bridge-frequency"})
             for finding in self.misfit.findings
         )
-        return Slow(UNCHANGED.ratio, Misfit(said))
+        return Slow(UNCHANGED.ratio, Misfit(said), hidden=self.hidden)
 
 
 #: Where nothing was read at other frequencies.
@@ -137,18 +137,20 @@ def _hidden(readings: Sequence[SeriesReading], direct: Interval | None) -> float
     return hidden_share(readings, max(_IRON, slowest), direct.low)
 
 
-def tell_hidden(procedure: Procedure[Any], axes: Sequence[Slow], frequency: float) -> None:
-    """Say up to which share of an inductance at a frequency (Hz) closed circuits would be hidden, where that is much."""
+def tell_meant(procedure: Procedure[Any], axes: Sequence[Slow], frequency: float, *, at_frequency: bool) -> None:
+    """Record which inductance is meant, that at a frequency (Hz) or that for slow changes, and up to which share of it closed circuits
+    would be hidden; say so where that is much of what is meant.
+    """
     share = max((axis.hidden for axis in axes), default=0.0)
-    procedure.findings["hidden_circuits"] = share
-    if share > _TOLD:
+    procedure.findings |= {"inductance_at": frequency if at_frequency else 0.0, "hidden_circuits": share}
+    if share > _TOLD and not at_frequency:
         procedure.notice(
             "hidden-circuits",
             text(
                 "the bridge's limits of error hide closed circuits here (solid magnets or iron, a shorted turn): for slow changes the "
                 "inductance may be larger than at {frequency:g} Hz, by up to {share:.0%}, and its interval "
                 "reaches so far. stator-resistance-dc in the same run narrows it, dq-inductance-time-constant shows such circuits; "
-                "set at_frequency=true if the inductance at {frequency:g} Hz is meant",
+                "leave at_frequency out if the inductance at {frequency:g} Hz is meant",
                 frequency=frequency,
                 share=share,
             ),

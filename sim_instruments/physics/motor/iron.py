@@ -65,6 +65,11 @@ class Iron:
         """True if the EMF is not in proportion to the speed."""
         return math.isfinite(self.emf_corner) or self.magnet_rise > 0.0
 
+    def inductance_share(self, reactance: float) -> float:
+        """Return the share of a winding's inductance that is left at a frequency where that inductance has a reactance (Ω)."""
+        turned = reactance / self.eddy_resistance
+        return 1.0 - self.eddy_coupling**2 * turned**2 / (1.0 + turned**2)
+
     def emf_share(self, electrical_speed: FloatArray, order: int, pole_pairs: int, coefficient: float) -> FloatArray:
         """Return the share of a harmonic's EMF that is left at electrical speeds (rad/s); `coefficient` (1/K) is the magnets'."""
         share: FloatArray = np.ones_like(electrical_speed)

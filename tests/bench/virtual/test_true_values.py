@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from bench.motor.motor_file import load_motor
-from bench.virtual.true_values import _FORMULAS, true_values
+from bench.virtual.true_values import _FORMULAS, MeasuredAt, true_values
 from drivers.interfaces.text import text
 from procedures.core.parameter_definition import ParameterDefinition, ParameterTable
 from procedures.core.parameters import PARAMETERS
@@ -34,15 +34,15 @@ def test_a_motor_that_saturates_has_the_torque_constant_of_the_currents_it_is_me
     assert motor.flux_map is not None
     at_none = true_values(PARAMETERS, motor)["torque_constant"]
     assert at_none == pytest.approx(1.5 * motor.pole_pairs * motor.flux_linkage_y)
-    assert true_values(PARAMETERS, motor, None, [-1e-3, 0.0, 1e-3])["torque_constant"] == pytest.approx(
+    assert true_values(PARAMETERS, motor, None, MeasuredAt([-1e-3, 0.0, 1e-3]))["torque_constant"] == pytest.approx(
         at_none, rel=1e-3
     )
     flux, _ = motor.flux_map.flux(0.0, 60.0)
-    loaded = true_values(PARAMETERS, motor, None, [-60.0, 60.0])["torque_constant"]
+    loaded = true_values(PARAMETERS, motor, None, MeasuredAt([-60.0, 60.0]))["torque_constant"]
     assert loaded == pytest.approx(1.5 * motor.pole_pairs * float(flux), rel=1e-9)
     assert loaded < 0.95 * at_none
     constant = load_motor("ipmsm").virtual_motor()
-    assert true_values(PARAMETERS, constant, None, [-60.0, 60.0]) == true_values(PARAMETERS, constant)
+    assert true_values(PARAMETERS, constant, None, MeasuredAt([-60.0, 60.0])) == true_values(PARAMETERS, constant)
 
 
 def test_windings_of_unlike_emf_make_the_torque_of_their_mean() -> None:

@@ -1,8 +1,8 @@
 """Causes that the study draws, each from negligible to gross; listed ones, and those that no list of a real bench would hold."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 from tests.studies.disturbances.dirt import CURRENT, VOLTAGES, Dirt
 from tests.studies.disturbances.drive_causes import BY_DRIVE, SOILS
@@ -17,6 +17,7 @@ BRIDGES = ("dq-inductance-extremes", "dq-inductance-aligned")
 BRIDGE_AND_WIRES = ("stator-resistance", "stator-resistance-dc")
 WIRES = ("stator-resistance-dc",)
 WIRES_AND_BRIDGES = (*WIRES, *BRIDGES)
+_SLOW = {"at_frequency": False}
 _TURN = 2.0 * math.pi
 
 
@@ -24,7 +25,7 @@ _TURN = 2.0 * math.pi
 class Cause:
     """One row of the study: what is disturbed, which procedures see it, and what makes a bench dirty with it.
 
-    With `drive` the bench has the inverter that regulates d and q currents.
+    With `drive` the bench has the inverter that regulates d and q currents; `choices` are settings of the procedures.
     """
 
     name: str
@@ -32,10 +33,17 @@ class Cause:
     soil: Callable[[Dirt], None]
     listed: bool = True
     drive: bool = False
+    choices: Mapping[str, object] = field(default_factory=dict)
 
     @property
     def row(self) -> str:
         """What its row is called."""
+        chosen = "".join(f", {name}={str(value).lower()}" for name, value in self.choices.items())
+        return self.drawn_by + chosen
+
+    @property
+    def drawn_by(self) -> str:
+        """What its sizes are drawn by: rows that differ in choices alone are disturbed alike."""
         return f"{self.name} · {self.procedures[0]}"
 
 
@@ -287,6 +295,7 @@ CLEAN = (
         Cause("none", names, _nothing)
         for names in (STEP, EMF, SHAPE, RAMPS, SWEEP, BRIDGE_AND_WIRES, WIRES_AND_BRIDGES)
     ),
+    *(Cause("none", names, _nothing, choices=_SLOW) for names in (BRIDGES, WIRES_AND_BRIDGES)),
     *(Cause("none", names, _nothing, drive=True) for names in BY_DRIVE),
 )
 
@@ -309,7 +318,8 @@ LISTED = (
     Cause("saturation", STEP, _saturation),
     Cause("second-time-constant", STEP, _eddy),
     Cause("second-time-constant", BRIDGES, _eddy),
-    Cause("second-time-constant", WIRES_AND_BRIDGES, _eddy),
+    Cause("second-time-constant", BRIDGES, _eddy, choices=_SLOW),
+    Cause("second-time-constant", WIRES_AND_BRIDGES, _eddy, choices=_SLOW),
     Cause("second-time-constant", BRIDGE_AND_WIRES, _eddy),
     Cause("speed-trend", EMF, _emf_of_speed),
     Cause("windage", RAMPS, _windage),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.virtual.true_values import true_values
+from bench.virtual.true_values import MeasuredAt, true_values
 from bench.virtual.virtual_station import dq_inverter_for
 from procedures.core.parameters import PARAMETERS
 from procedures.core.result import ProcedureResult
@@ -99,7 +99,7 @@ def measure_disturbed(seed: int, index: int, cause: Cause, two: bool = False) ->
     motor, plate = draw_motor(random)
     ambient = float(random.uniform(18.0, 28.0))
     errors, start = Errors.drawn(random, as_sold), float(random.uniform(0.0, 2.0 * math.pi))
-    dirt = Dirt(np.random.default_rng([seed, index, *cause.row.encode()]), motor, plate)
+    dirt = Dirt(np.random.default_rng([seed, index, *cause.drawn_by.encode()]), motor, plate)
     cause.soil(dirt)
     procedures: Iterable[str] = cause.procedures
     drive = None
@@ -118,15 +118,17 @@ def measure_disturbed(seed: int, index: int, cause: Cause, two: bool = False) ->
         dirt.motor, units, seed=int(random.integers(1 << 31)), errors=errors, setting=setting, sockets=False
     )
     # A free rotor that is light has no map at standstill.
-    plan = study_plan(tuple(procedures), {"lock": True})
+    plan = study_plan(tuple(procedures), {"lock": True, **cause.choices})
     with made as bench:
         if dirt.warmth:
             bench.world.set_winding_temperature(ambient + dirt.warmth)
         done = carry_out(bench, plate, int(random.integers(1 << 31)), plan, drive=drive)
-    truth, flux = true_values(PARAMETERS, dirt.motor), flux_at(dirt.motor, ambient)
+    flux = flux_at(dirt.motor, ambient)
     row = Row(1, refused=len(done.refused), failed=Counter(dict(done.failed).values()))
     row.reasons += Counter(dict(done.refused).values())
     for result in done.results:
+        at = MeasuredAt(inductance_frequency=float(result.findings.get("inductance_at", 0.0)))
+        truth = true_values(PARAMETERS, dirt.motor, None, at)
         row.said += Counter(notice.identifier for notice in result.warnings)
         row.said += Counter(str(finding["cause"]) for finding in result.findings.get("misfit", []))
         row.told += [(index, one) for one in _told(result, {**truth, **map_truth(dirt.motor, result, flux)})]
