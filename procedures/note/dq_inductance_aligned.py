@@ -248,7 +248,9 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
                 name,
                 factors.y_equivalent * reading,
                 section="3.3.3",
-                estimator="mean of the aligned readings, two thirds",
+                estimator="mean of the aligned readings, two thirds, at the test frequency"
+                if self.settings.at_frequency
+                else "mean of the aligned readings, two thirds, for slow changes",
                 note_value=halved[axis],
                 winding=float((factors.winding * reading).x) if self.is_delta else None,
                 misfit=slow.misfit,

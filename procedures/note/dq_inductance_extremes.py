@@ -202,7 +202,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 sweep,
                 motor_class,
                 self._from_extremes(sweep, motor_class),
-                estimator="smallest and largest reading, by the note's rule",
+                estimator="smallest and largest reading at the test frequency, by the note's rule",
             )
             return
         beyond_chance, p_value = rotor_sweep.saliency_significant(fit)
@@ -243,7 +243,14 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         lost = self.bench.uncertainties.limit("turning during a reading", 0.625 * whole, 0.375 * whole)
         found["d"] = found["d"] - amplitude * lost
         found["q"] = found["q"] + amplitude * lost
-        self._report(sweep, motor_class, found, estimator="fit of mean and second harmonic to the whole sweep")
+        self._report(
+            sweep,
+            motor_class,
+            found,
+            estimator="fit of mean and second harmonic to the whole sweep, at the test frequency"
+            if self.settings.at_frequency
+            else "fit of mean and second harmonic to the whole sweep, for slow changes",
+        )
 
     def _fitted(self, fit: rotor_sweep.SweepFit, *, significant: bool) -> dict[str, UncertainReal]:
         """Return the fitted line values (H), one mean and one amplitude behind both: their difference is known better than they."""
