@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError, Parameter
 
-from bench.i18n.errors import FileError, InputError, UsageError, fault, message
+from bench.cli.standard_streams import open_streams, unprinted
+from bench.i18n.errors import FileError, InputError, UsageError, fault, message, told
 from drivers.interfaces.text import text
 
 #: Exit statuses, as docs/reference/commands.rst has them: it was begun, or the bench kept it from that; what was typed or named is wrong.
@@ -151,8 +152,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
         os.environ.setdefault(variable, "1")
     # What is loaded stays: it is not looked through again and again for what could be freed, nor once more at the end.
     gc.set_threshold(20_000)
+    open_streams()
     given = _language_last(list(sys.argv[1:] if arguments is None else arguments))
     code = _run(given)
+    if reason := unprinted():
+        sentence = text(
+            "standard output: {fault}; what was to be printed is incomplete. A run that was made is kept: motorbench results list",
+            fault=told(reason),
+        )
+        code = max(_refuse([word for word in given if word != "--json"], InputError(sentence), FAILED), code)
     gc.freeze()
     sys.exit(code)
 

@@ -1,0 +1,60 @@
+"""Standard streams that stop no measurement: closed ones, those of few characters, those on a full disk."""
+
+import os
+import sys
+from io import TextIOWrapper
+
+_MODES = (("stdin", "r"), ("stdout", "w"), ("stderr", "w"))
+
+
+class StandardStream(TextIOWrapper):
+    """A stream that takes what cannot be written any more, and keeps the reason in `failed`; a reader who has left is an error as ever."""
+
+    failed: OSError | None = None
+
+    def write(self, words: str) -> int:
+        """Write words, or let them go."""
+        try:
+            return super().write(words)
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            self.failed = self.failed or error
+        return len(words)
+
+    def flush(self) -> None:
+        """Flush, or note that it cannot be."""
+        try:
+            super().flush()
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            self.failed = self.failed or error
+
+
+def open_streams() -> None:
+    """Give standard input, output and error something to read or write, where they are what this process began with or nothing at all."""
+    for name, mode in _MODES:
+        stream = getattr(sys, name)
+        if stream is None:
+            # The descriptor is taken, too: else a file of a run would have it, and what others print would be in it.
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+        elif name != "stdin" and type(stream) is TextIOWrapper:
+            own = StandardStream(
+                stream.buffer,
+                stream.encoding,
+                "backslashreplace",
+                line_buffering=stream.line_buffering,
+                write_through=stream.write_through,
+            )
+            setattr(sys, name, own)
+
+
+def unprinted() -> OSError | None:
+    """Return why standard output is incomplete, None where it is whole or its reader has left."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        sys.stderr.close()
+        return None
+    return sys.stdout.failed if isinstance(sys.stdout, StandardStream) else None
