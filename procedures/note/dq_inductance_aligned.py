@@ -30,6 +30,7 @@ from procedures.core.steps import step
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.winding.connections import ReadingConnection, phase_factor
 from procedures.estimation.winding.held_angle import held_angle
+from procedures.estimation.winding.joined_lines import JoinedLines, LineReading, joined_lines
 from procedures.estimation.winding.misalignment import Held, excess
 from procedures.plausibility.inductance_capability import REQUESTED, check_inductance_capability
 from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
@@ -37,7 +38,13 @@ from procedures.techniques.winding.alignment import aligning
 from procedures.techniques.winding.dq_axes import connection_of, require
 from procedures.techniques.winding.plots import aligned_plot
 from procedures.techniques.winding.short_correction import short_correct
-from procedures.techniques.winding.slow_inductance import Slow, or_of_joined_lines, slow_inductance, tell_meant
+from procedures.techniques.winding.slow_inductance import (
+    Slow,
+    lower_readings,
+    or_of_joined_lines,
+    shown_by,
+    tell_meant,
+)
 from procedures.techniques.winding.supply_voltage import within_voltage
 from procedures.verification.settings import SupplyWiringSettings
 
@@ -77,14 +84,13 @@ class DqInductanceAlignedSettings(SupplyWiringSettings):
 
 @dataclass(frozen=True)
 class Position:
-    """Readings at one locked position: A against B and C (H, and its resistance, Ω), what lower frequencies say of it, and how much
-    the line AB reads more than CA (H), where that was read.
+    """Readings at one locked position: A against B and C (H), what lower frequencies say of it, and where the lines AB and CA were read,
+    by how much AB reads more (H) and what all three show.
     """
 
     reading: UncertainReal
-    resistance: float
     slow: Slow
-    difference: UncertainReal | None = None
+    beside: tuple[UncertainReal, JoinedLines] | None = None
 
 
 class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
@@ -181,22 +187,38 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         self.findings[f"reading_{axis}"] = float(statistics.x)
         self.bench.show(lambda: aligned_plot(self.findings["reading_d"], self.findings.get("reading_q")))
         reading = self.bench.uncertainties.instrument("LCR meter", statistics, taken.inductance_accuracy)
-        seen = slow_inductance(self, connection, *at, (f"{axis}_axis_inductance",))
-        slow = seen.at_frequency() if self.settings.at_frequency else or_of_joined_lines(seen, self)
-        if bridge.read_by_hand or not self.settings.check_alignment:
-            return Position(reading, 0.0, slow)
-        lines = []
-        for high, low in ((Terminal.A, Terminal.B), (Terminal.C, Terminal.A)):
-            self.wiring.bridge.connect(meter_across(high, low), *at)
-            lines.append(self._repeated(f"L_{high.value}{low.value} on {axis}", axis, between((high, low)))[0])
-        # The bridge's own errors are the same in both, and fall out of the difference.
-        ab, ca = lines
+        lower = lower_readings(self, *at)
+        beside = None
+        if self.settings.check_alignment and not bridge.read_by_hand:
+            beside = self._beside(axis, self._impedance(statistics, taken))
+            lower = beside[1].without_loop(lower)
+        slow = shown_by(self, connection, lower, (f"{axis}_axis_inductance",))
+        if self.settings.at_frequency:
+            slow = slow.at_frequency()
+        elif beside is None:
+            slow = or_of_joined_lines(slow, self)
+        return Position(reading, slow, beside)
+
+    def _beside(self, axis: str, reading: complex) -> tuple[UncertainReal, JoinedLines]:
+        """Read AB and CA: return by how much AB reads more (H), and what they show beside A against B and C (Ω)."""
+        ab, read_ab = self._line(axis, Terminal.A, Terminal.B)
+        ca, read_ca = self._line(axis, Terminal.C, Terminal.A)
+        lines = joined_lines(reading, read_ab, read_ca, self._angular())
         self.wiring.supply.aligned(
-            ALIGN_D if axis == "d" else ALIGN_Q,
-            held_angle(float(statistics.x), float(ab.x), float(ca.x), taken.resistance, self._angular()),
-            continuous=self._verified[axis],
+            ALIGN_D if axis == "d" else ALIGN_Q, held_angle(lines), continuous=self._verified[axis]
         )
-        return Position(reading, taken.resistance, slow, ab - ca)
+        # The bridge's own errors are the same in both, and fall out of the difference.
+        return ab - ca, lines
+
+    def _line(self, axis: str, high: Terminal, low: Terminal) -> tuple[UncertainReal, LineReading]:
+        at = (self.settings.frequency, self.settings.level, self.settings.aperture)
+        direct = self.wiring.bridge.connect(meter_across(high, low), *at)
+        mean, taken = self._repeated(f"L_{high.value}{low.value} on {axis}", axis, between((high, low)))
+        # A bridge without a low frequency has the resistance at the test frequency only.
+        return mean, LineReading(self._impedance(mean, taken), taken.resistance if direct is None else direct)
+
+    def _impedance(self, inductance: UncertainReal, taken: ImpedanceReading) -> complex:
+        return complex(taken.resistance, self._angular() * float(inductance.x))
 
     def _angular(self) -> float:
         return 2.0 * math.pi * self.settings.frequency
@@ -213,17 +235,18 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     def _allowed_for(self, at_d: Position, at_q: Position) -> tuple[UncertainReal, UncertainReal]:
         """Return the readings as they would be exactly on d and on q."""
         d, q = at_d.reading, at_q.reading
-        off_d, off_q = at_d.difference, at_q.difference
-        if off_d is None or off_q is None or float((q - d).x) < _TELLING * float((q - d).u):
+        if at_d.beside is None or at_q.beside is None or float((q - d).x) < _TELLING * float((q - d).u):
             # Without saliency there is no telling an angle, and nothing to allow for.
             return d, q
-        found = excess(
-            Held(float(d.x), at_d.resistance, float(off_d.x)),
-            Held(float(q.x), at_q.resistance, float(off_q.x)),
-            self._angular(),
-        )
+        (off_d, lines_d), (off_q, lines_q) = at_d.beside, at_q.beside
+        # Of the inductance along phase A's axis the loop of B and C takes nothing.
+        on_d, on_q = 1.5 * lines_d.along, 1.5 * lines_q.along
+        found = excess(Held(on_d, float(off_d.x)), Held(on_q, float(off_q.x)))
         self.findings |= {"off_d": found.angle_d, "off_q": found.angle_q}
-        return d - _squared(found.d, off_d), q - _squared(found.q, off_q)
+        return (
+            d - _squared(float(d.x) - on_d + found.d, off_d),
+            q - _squared(float(q.x) - on_q + found.q, off_q),
+        )
 
     def _conclude(self, at_d: Position, at_q: Position) -> None:
         d, q = self._allowed_for(at_d, at_q)

@@ -22,8 +22,11 @@ class BridgeWiring:
         self._verifier = verifier
         self._bench = verifier.bench
 
-    def connect(self, connect: Connect, frequency: float, level: float, aperture: Aperture, *beside: Wanted) -> None:
-        """Connect the terminals to the bridge, with what else is wanted of the setup, and verify that by one reading.
+    def connect(
+        self, connect: Connect, frequency: float, level: float, aperture: Aperture, *beside: Wanted
+    ) -> float | None:
+        """Connect the terminals to the bridge, with what else is wanted of the setup, and verify that by one reading, whose resistance (Ω)
+        is returned; None where there is none.
 
         The bridge has these settings and keeps them. Where the frequency (Hz) is low, the line's resistance is about to be
         measured: the reading is taken at that frequency, and is compared with earlier runs and instruments, not with the line before.
@@ -32,19 +35,20 @@ class BridgeWiring:
         self._bench.perform(connect, *beside)
         if bridge.read_by_hand:
             self._verifier.verify(connect, lambda: Check(WiringOutcome.UNVERIFIED, "lcr_meter", reason="by hand"))
-            return
+            return None
         if frequency > _NEARLY_DIRECT:
             low = self._verifier.lines.bridge_frequency or _LOW
             try:
                 bridge.configure(low, level, aperture)
             except SetpointError:
                 # A bridge without such a frequency tells a path from none all the same.
-                self._verifier.verify(connect, lambda: bridge_evidence.judged(connect, self._read(), None))
+                check = self._verifier.verify(connect, lambda: bridge_evidence.judged(connect, self._read(), None))
             else:
-                self._verifier.verify(connect, lambda: self._compared_with_others(connect))
+                check = self._verifier.verify(connect, lambda: self._compared_with_others(connect))
                 bridge.configure(frequency, level, aperture)
-            return
-        self._verifier.verify(connect, lambda: bridge_evidence.judged(connect, self._read(), self._known()))
+        else:
+            check = self._verifier.verify(connect, lambda: bridge_evidence.judged(connect, self._read(), self._known()))
+        return check.read.get("resistance")
 
     def lines_to_repeat(self, lines: Mapping[LinePair, float]) -> tuple[LinePair, ...]:
         """Return which of the readings (Ω) of AB, BC, CA are to be taken again, their connection being corrected; none if all fit."""

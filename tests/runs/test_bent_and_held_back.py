@@ -129,7 +129,7 @@ def test_hum_beside_a_small_current_is_no_lost_control(motorbench, tmp_path):
 
 
 def test_the_loop_of_two_joined_lines_is_no_circuit_beside_the_winding():
-    """Friction holds the rotor a little off its axis, and so couples the loop of B and C."""
-    drawn = measure(2, 17, study_plan(("dq-inductance-aligned",)))
+    """Friction holds the rotor a little off its axis, and so couples the loop of B and C; here with a delta of unlike windings."""
+    drawn = measure(2, 137, study_plan(("dq-inductance-aligned",)))
     assert {figure.name for figure in drawn.figures} == {"d_axis_inductance", "q_axis_inductance"}
-    assert all(figure.low <= figure.truth <= figure.high for figure in drawn.figures)
+    assert all(figure.low <= figure.truth <= figure.high < 1.05 * figure.low for figure in drawn.figures)

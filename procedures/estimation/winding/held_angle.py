@@ -4,9 +4,9 @@ import cmath
 import math
 from typing import NamedTuple
 
+from procedures.estimation.winding.joined_lines import JoinedLines
 from procedures.estimation.winding.wiring import CONTINUITY, Kind, Mistake, Poles, currents, mistakes
 
-_ROUNDS = 30
 #: A current's angle explains a rotor within this (rad, electrical); less saliency than this share of the inductance tells none.
 _NEAR, _TELLING = math.radians(14.0), 0.02
 
@@ -23,20 +23,10 @@ class AxisAngle(NamedTuple):
         return self.saliency > _TELLING
 
 
-def held_angle(reading: float, ab: float, ca: float, resistance: float, angular: float) -> AxisAngle:
-    """Return where a rotor stands from A against B and C, AB and CA (H), and the first one's resistance (Ω), at a frequency (rad/s).
-
-    AB and CA are 1.5·Lαα ∓ √3·Lαβ + 0.5·Lββ; A against B and C is 1.5·(Lαα − κ·Lαβ²/Lββ), B and C being a closed loop, with
-    κ = (ωLββ)²/(R² + (ωLββ)²).
-    """
-    across = (ca - ab) / (2.0 * math.sqrt(3.0))
-    along, other = reading / 1.5, ab + ca - 2.0 * reading
-    for _ in range(_ROUNDS):
-        other = max(ab + ca - 3.0 * along, 1e-3 * along)
-        reactance = (angular * other) ** 2
-        along = reading / 1.5 + across**2 / other * reactance / ((resistance / 1.5) ** 2 + reactance)
-    double = complex(other - along, -2.0 * across)
-    return AxisAngle(0.5 * cmath.phase(double), abs(double) / (0.5 * (along + other)))
+def held_angle(read: JoinedLines) -> AxisAngle:
+    """Return where a rotor stands from the inductances along phase A's axis, across it and between both."""
+    double = complex(read.across - read.along, -2.0 * read.mutual)
+    return AxisAngle(0.5 * cmath.phase(double), abs(double) / (0.5 * (read.along + read.across)))
 
 
 def current_angle(poles: Poles) -> float | None:

@@ -11,10 +11,9 @@ _LARGEST_SINE = 0.7
 
 
 class Held(NamedTuple):
-    """One locked position: `reading` (H) of A against B and C, `resistance` (Ω) of that loop, and AB less CA, `difference` (H)."""
+    """One locked position: `reading` (H) of A against B and C without the loop that these close, and AB less CA, `difference` (H)."""
 
     reading: float
-    resistance: float
     difference: float
 
 
@@ -27,20 +26,17 @@ class Excess(NamedTuple):
     angle_q: float
 
 
-def excess(d: Held, q: Held, angular: float) -> Excess:
-    """Return what the angles off d and q add to both readings at a test frequency (rad/s).
+def excess(d: Held, q: Held) -> Excess:
+    """Return what the angles off d and q add to both readings: off by δ, AB less CA is √3·(Lq − Ld)·sin 2δ of a phase, and the axis read
+    has (Lq − Ld)·sin² δ of the other one.
 
-    Off by δ, AB less CA is √3·(Lq − Ld)·sin 2δ of a phase; and A against B and C couples into the loop of B and C, which is
-    closed: L = Lαα − κ·Lαβ²/Lββ with κ = (ωLββ)²/(R² + (ωLββ)²). Raises EstimationError where there is no saliency to tell an
-    angle by, or the rotor rests somewhere else.
+    Raises EstimationError where there is no saliency to tell an angle by, or the rotor rests somewhere else.
     """
     read = d.reading / 1.5, q.reading / 1.5
-    resistance = 0.5 * (d.resistance + q.resistance) / 1.5
-    ld, lq = read
+    saliency = read[1] - read[0]
     more = (0.0, 0.0)
     angles = (0.0, 0.0)
     for _ in range(_ROUNDS):
-        saliency = lq - ld
         if not saliency > 0.0:
             raise EstimationError(
                 "the inductance on q is not above that on d: there is no saliency to tell an angle by"
@@ -49,22 +45,9 @@ def excess(d: Held, q: Held, angular: float) -> Excess:
         if max(abs(sine) for sine in sines) > _LARGEST_SINE:
             raise EstimationError("the lines' readings do not fit a rotor that rests near d and q; align it again")
         angles = 0.5 * math.asin(sines[0]), 0.5 * math.asin(sines[1])
-        before = more
-        more = (
-            _more(ld, lq, angles[0], resistance, angular),
-            _more(lq, ld, angles[1], resistance, angular),
-        )
-        ld, lq = read[0] - more[0], read[1] - more[1]
-        if max(abs(more[0] - before[0]), abs(more[1] - before[1])) < 1e-9 * ld:
+        before = saliency
+        more = saliency * math.sin(angles[0]) ** 2, -saliency * math.sin(angles[1]) ** 2
+        saliency = read[1] - more[1] - read[0] + more[0]
+        if abs(saliency - before) < 1e-9 * read[0]:
             break
     return Excess(1.5 * more[0], 1.5 * more[1], *angles)
-
-
-def _more(here: float, across: float, angle: float, resistance: float, angular: float) -> float:
-    """Return what an angle off adds to a phase's inductance `here`, the other axis having `across` (H)."""
-    share = math.sin(angle) ** 2
-    own = (across - here) * share
-    loop = across - own
-    coupling = (across - here) * math.sin(angle) * math.cos(angle)
-    reactance = (angular * loop) ** 2
-    return own - coupling**2 / loop * reactance / (resistance**2 + reactance)

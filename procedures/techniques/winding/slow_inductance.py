@@ -65,8 +65,8 @@ UNCHANGED = Slow(ureal(1.0, 0.0))
 
 
 def or_of_joined_lines(slow: Slow, procedure: Procedure[Any]) -> Slow:
-    """Return what a circuit says where two lines are joined: their loop is a closed one, which a rotor that friction holds off its axis
-    couples. The inductance wanted is then that at the test frequency: of a small circuit the interval spans both.
+    """Return what a circuit says where two lines are joined and their loop is not known: a rotor that friction holds off its axis couples
+    it. The inductance wanted is then that at the test frequency: of a small circuit the interval spans both.
     """
     small = [f for f in slow.misfit.findings if float(f.figures["coupling"]) < _OF_LOOP]
     if not small or any(f.answer is Answer.WITHHELD for f in slow.misfit.findings):
@@ -93,8 +93,24 @@ def slow_inductance(
 
     A person who types every reading is not asked for more.
     """
+    return shown_by(procedure, connection, lower_readings(procedure, frequency, level, aperture), parameters)
+
+
+def lower_readings(
+    procedure: Procedure[Any], frequency: float, level: float, aperture: Aperture
+) -> tuple[SeriesReading, ...]:
+    """Return readings of what is connected at the test frequency (Hz) and below; none where the bridge gives none."""
     lower = [share * frequency for share in _LOWER if share * frequency >= 2.0 * _LOWEST]
-    readings = _read(procedure, frequency, (*lower, _LOWEST), level, aperture) if lower else ()
+    return _read(procedure, frequency, (*lower, _LOWEST), level, aperture) if lower else ()
+
+
+def shown_by(
+    procedure: Procedure[Any],
+    connection: Connect,
+    readings: Sequence[SeriesReading],
+    parameters: tuple[str, ...],
+) -> Slow:
+    """Return what readings at the test frequency and below, none or as `lower_readings` gives them, show of closed circuits."""
     if not readings:
         return UNCHANGED
     found = second_circuit(readings, _IRON)
@@ -109,7 +125,7 @@ def slow_inductance(
         "record": "bridge",
         "time_constant": found.time_constant,
         "coupling": found.coupling,
-        "frequency": frequency,
+        "frequency": readings[0].frequency,
         "lowest": _LOWEST,
         "rise": readings[0].resistance / readings[-1].resistance - 1.0,
         "more": inductance / at_frequency - 1.0,

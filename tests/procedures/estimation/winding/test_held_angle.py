@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from procedures.estimation.winding.held_angle import AxisAngle, current_angle, explaining, held_angle
+from procedures.estimation.winding.joined_lines import LineReading, joined_lines
 from procedures.estimation.winding.wiring import Kind, Pole
 
 P, M, N = Pole.PLUS, Pole.MINUS, Pole.OPEN
@@ -13,29 +14,28 @@ ANGULAR = 2.0 * math.pi * 1000.0
 
 
 def read(angle, ld, lq, resistance):
-    """A against B and C with that loop's resistance, AB and CA, of a rotor at an electrical angle, from the loops themselves."""
+    """What A against B and C, AB and CA show of a rotor at an electrical angle, from the loops themselves."""
     mean, half = 0.5 * (ld + lq), 0.5 * (ld - lq)
     aa, bb = mean + half * math.cos(2 * angle), mean - half * math.cos(2 * angle)
     ab = half * math.sin(2 * angle)
     lines = [1.5 * aa + sign * math.sqrt(3.0) * ab + 0.5 * bb for sign in (-1.0, 1.0)]
     # iα is driven; the loop of B and C lets iβ flow as its impedance has it: (R + jωLββ)·iβ = −jωLαβ·iα.
     coupled = -1j * ANGULAR * ab / (resistance + 1j * ANGULAR * bb)
-    impedance = resistance + 1j * ANGULAR * (aa + ab * coupled)
-    return 1.5 * impedance.imag / ANGULAR, lines[0], lines[1], 1.5 * impedance.real
+    reading = 1.5 * (resistance + 1j * ANGULAR * (aa + ab * coupled))
+    ab, ca = (LineReading(2.0 * resistance + 1j * ANGULAR * line, 2.0 * resistance) for line in lines)
+    return joined_lines(reading, ab, ca, ANGULAR)
 
 
 @given(st.floats(-1.5, 1.5), st.floats(1e-5, 1e-2), st.floats(1.03, 3.0), st.floats(1e-3, 1.0))
 def test_the_angle_is_found_from_three_readings(angle, ld, ratio, share):
-    reading, ab, ca, resistance = read(angle, ld, ratio * ld, share * ANGULAR * ld)
-    found = held_angle(reading, ab, ca, resistance, ANGULAR)
-    assert abs(math.remainder(found.angle - angle, math.pi)) < math.radians(4.0)
-    assert found.saliency == pytest.approx(2.0 * (ratio - 1.0) / (ratio + 1.0), rel=0.15)
+    found = held_angle(read(angle, ld, ratio * ld, share * ANGULAR * ld))
+    assert abs(math.remainder(found.angle - angle, math.pi)) < 1e-6
+    assert found.saliency == pytest.approx(2.0 * (ratio - 1.0) / (ratio + 1.0), rel=1e-6)
     assert found.telling
 
 
 def test_without_saliency_no_angle_is_told():
-    reading, ab, ca, resistance = read(0.3, 1e-3, 1.005e-3, 0.1)
-    assert not held_angle(reading, ab, ca, resistance, ANGULAR).telling
+    assert not held_angle(read(0.3, 1e-3, 1.005e-3, 0.1)).telling
 
 
 def test_angles_of_the_note_s_alignments():
