@@ -13,7 +13,8 @@ SHAPE = ("back-emf-shape",)
 RAMPS = ("inertia",)
 LEVELS = ("torque-constant",)
 SWEEP = ("dq-inductance-extremes",)
-BRIDGES = ("dq-inductance-extremes", "dq-inductance-aligned")
+ALIGNED = ("dq-inductance-aligned",)
+BRIDGES = ("dq-inductance-extremes", *ALIGNED)
 BRIDGE_AND_WIRES = ("stator-resistance", "stator-resistance-dc")
 WIRES = ("stator-resistance-dc",)
 WIRES_AND_BRIDGES = (*WIRES, *BRIDGES)
@@ -145,6 +146,12 @@ def _saturation(dirt: Dirt) -> None:
 def _eddy(dirt: Dirt) -> None:
     resistance = dirt.log(0.3, 30.0) * sum(dirt.motor.phase_resistances) / 3.0
     dirt.iron(eddy_coupling=dirt.log(0.05, 0.6), eddy_resistance=resistance)
+
+
+def _turns(dirt: Dirt) -> None:
+    shares = 1.0 + dirt.log(1e-3, 0.03) * dirt.random.uniform(-1.0, 1.0, 3)
+    a, b, c = (shares / shares.mean()).tolist()
+    dirt.motor = replace(dirt.motor, turn_shares=(a, b, c))
 
 
 def _emf_of_speed(dirt: Dirt) -> None:
@@ -285,7 +292,7 @@ def _nothing(_: Dirt) -> None:
 CLEAN = (
     *(
         Cause("none", names, _nothing)
-        for names in (STEP, EMF, SHAPE, RAMPS, SWEEP, BRIDGE_AND_WIRES, WIRES_AND_BRIDGES)
+        for names in (STEP, EMF, SHAPE, RAMPS, SWEEP, ALIGNED, BRIDGE_AND_WIRES, WIRES_AND_BRIDGES)
     ),
     *(Cause("none", names, _nothing, drive=True) for names in BY_DRIVE),
 )
@@ -308,6 +315,8 @@ LISTED = (
     Cause("slope", STEP, _wander(True)),
     Cause("saturation", STEP, _saturation),
     Cause("second-time-constant", STEP, _eddy),
+    Cause("unlike-turns", ALIGNED, _turns),
+    Cause("second-time-constant", ALIGNED, _eddy),
     Cause("second-time-constant", BRIDGES, _eddy),
     Cause("second-time-constant", WIRES_AND_BRIDGES, _eddy),
     Cause("second-time-constant", BRIDGE_AND_WIRES, _eddy),
