@@ -50,6 +50,8 @@ from procedures.verification.settings import SupplyWiringSettings
 
 #: A saliency of so many standard uncertainties tells an angle.
 _TELLING = 4.0
+#: 95 % of a rectangular distribution reach beyond its half-width over this.
+_TO_THE_MEAN = 1.1
 
 
 class DqInductanceAlignedSettings(SupplyWiringSettings):
@@ -235,18 +237,28 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     def _allowed_for(self, at_d: Position, at_q: Position) -> tuple[UncertainReal, UncertainReal]:
         """Return the readings as they would be exactly on d and on q."""
         d, q = at_d.reading, at_q.reading
-        if at_d.beside is None or at_q.beside is None or float((q - d).x) < _TELLING * float((q - d).u):
-            # Without saliency there is no telling an angle, and nothing to allow for.
+        if at_d.beside is None or at_q.beside is None:
             return d, q
         (off_d, lines_d), (off_q, lines_q) = at_d.beside, at_q.beside
         # Of the inductance along phase A's axis the loop of B and C takes nothing.
         on_d, on_q = 1.5 * lines_d.along, 1.5 * lines_q.along
-        found = excess(Held(on_d, float(off_d.x)), Held(on_q, float(off_q.x)))
-        self.findings |= {"off_d": found.angle_d, "off_q": found.angle_q}
-        return (
-            d - _squared(float(d.x) - on_d + found.d, off_d),
-            q - _squared(float(q.x) - on_q + found.q, off_q),
-        )
+        beside_d, beside_q = 1.5 * lines_q.across, 1.5 * lines_d.across
+        # Without saliency there is no telling an angle, and nothing to allow for.
+        if float((q - d).x) >= _TELLING * float((q - d).u):
+            found = excess(Held(on_d, float(off_d.x)), Held(on_q, float(off_q.x)))
+            self.findings |= {"off_d": found.angle_d, "off_q": found.angle_q}
+            d -= _squared(float(d.x) - on_d + found.d, off_d)
+            q -= _squared(float(q.x) - on_q + found.q, off_q)
+            on_d, on_q = on_d - found.d, on_q - found.q
+            beside_d, beside_q = beside_d + found.q, beside_q + found.d
+        return self._of_phases(d, on_d - beside_d), self._of_phases(q, on_q - beside_q)
+
+    def _of_phases(self, reading: UncertainReal, apart: float) -> UncertainReal:
+        """Return a reading whose interval reaches the mean of an axis along phase A and across it, which are so much apart (H): turns that
+        A has more than B and C make one larger, the other smaller.
+        """
+        limit = self.bench.uncertainties.limit(text("unlike phases"), 0.0, _TO_THE_MEAN * abs(apart) / 2.0)
+        return reading + limit
 
     def _conclude(self, at_d: Position, at_q: Position) -> None:
         d, q = self._allowed_for(at_d, at_q)

@@ -80,6 +80,15 @@ def test_what_a_bridge_hides_of_a_closed_circuit_is_in_the_interval(first: str) 
     assert all(one.held for one in told)
 
 
+@pytest.mark.slow
+def test_turns_that_phases_do_not_share_are_in_the_interval_of_the_aligned_bridge() -> None:
+    # Without them 1.2 to 1.7 half-widths off.
+    row = BY_ROW["unlike-turns · dq-inductance-aligned"]
+    told = [one for index in (5, 10) for _, one in measure_disturbed(907, index, row).told]
+    assert len(told) == 4
+    assert all(one.held for one in told)
+
+
 def test_sure_and_wrong_is_excluded_and_unsaid() -> None:
     held, wrong, warned = Told("a", 0.9, False), Told("b", 4.0, False), Told("c", 4.0, True)
     assert [one.sure_and_wrong for one in (held, wrong, warned)] == [False, True, False]

@@ -13,7 +13,8 @@ SHAPE = ("back-emf-shape",)
 RAMPS = ("inertia",)
 LEVELS = ("torque-constant",)
 SWEEP = ("dq-inductance-extremes",)
-BRIDGES = ("dq-inductance-extremes", "dq-inductance-aligned")
+ALIGNED = ("dq-inductance-aligned",)
+BRIDGES = ("dq-inductance-extremes", *ALIGNED)
 BRIDGE_AND_WIRES = ("stator-resistance", "stator-resistance-dc")
 WIRES = ("stator-resistance-dc",)
 WIRES_AND_BRIDGES = (*WIRES, *BRIDGES)
@@ -155,6 +156,12 @@ def _eddy(dirt: Dirt) -> None:
     dirt.iron(eddy_coupling=dirt.log(0.05, 0.6), eddy_resistance=resistance)
 
 
+def _turns(dirt: Dirt) -> None:
+    shares = 1.0 + dirt.log(1e-3, 0.03) * dirt.random.uniform(-1.0, 1.0, 3)
+    a, b, c = (shares / shares.mean()).tolist()
+    dirt.motor = replace(dirt.motor, turn_shares=(a, b, c))
+
+
 def _emf_of_speed(dirt: Dirt) -> None:
     if dirt.either(True, False):
         dirt.iron(emf_corner=dirt.log(0.5, 100.0) * dirt.emf_frequency)
@@ -293,7 +300,7 @@ def _nothing(_: Dirt) -> None:
 CLEAN = (
     *(
         Cause("none", names, _nothing)
-        for names in (STEP, EMF, SHAPE, RAMPS, SWEEP, BRIDGE_AND_WIRES, WIRES_AND_BRIDGES)
+        for names in (STEP, EMF, SHAPE, RAMPS, SWEEP, ALIGNED, BRIDGE_AND_WIRES, WIRES_AND_BRIDGES)
     ),
     *(Cause("none", names, _nothing, choices=_SLOW) for names in (BRIDGES, WIRES_AND_BRIDGES)),
     *(Cause("none", names, _nothing, drive=True) for names in BY_DRIVE),
@@ -317,6 +324,8 @@ LISTED = (
     Cause("slope", STEP, _wander(True)),
     Cause("saturation", STEP, _saturation),
     Cause("second-time-constant", STEP, _eddy),
+    Cause("unlike-turns", ALIGNED, _turns),
+    Cause("second-time-constant", ALIGNED, _eddy),
     Cause("second-time-constant", BRIDGES, _eddy),
     Cause("second-time-constant", BRIDGES, _eddy, choices=_SLOW),
     Cause("second-time-constant", WIRES_AND_BRIDGES, _eddy, choices=_SLOW),

@@ -15,11 +15,12 @@ LD, LQ, IRON = 1e-3, 2.5e-3, 5e-3
 A_BC, AB, CA = (1.0, -1.0, -1.0), (1.0, -1.0, 0.0), (1.0, 0.0, -1.0)
 
 
-def inductances(angle):
-    """The windings' inductances (H), with a zero sequence of a tenth of the mean."""
+def inductances(angle, turns):
+    """The windings' inductances (H), of unlike turns, with a zero sequence of a tenth of the mean."""
     axes = angle - 2.0 * math.pi / 3.0 * np.arange(3)
     d, q = np.cos(axes), -np.sin(axes)
-    return 2.0 / 3.0 * (LD * np.outer(d, d) + LQ * np.outer(q, q)) + 0.05 * (LD + LQ) / 3.0
+    like = 2.0 / 3.0 * (LD * np.outer(d, d) + LQ * np.outer(q, q)) + 0.05 * (LD + LQ) / 3.0
+    return like * np.outer(turns, turns)
 
 
 def impedance(connection, poles, angular, inductance, resistances):
@@ -41,10 +42,10 @@ def impedance(connection, poles, angular, inductance, resistances):
     return 1.0 / left[0, 0]
 
 
-def read(connection, angle, resistances):
+def read(connection, angle, resistances, turns=(1.0, 1.0, 1.0)):
     """Return what a perfect bridge shows of a rotor at an angle from phase A: the axes, and A against B and C at its frequencies."""
     # A delta's winding from A to B has its axis 30° behind phase A's.
-    inductance = inductances(angle if connection == "wye" else angle + math.pi / 6.0)
+    inductance = inductances(angle if connection == "wye" else angle + math.pi / 6.0, turns)
     at = {
         (poles, f): impedance(connection, poles, 2.0 * math.pi * f, inductance, resistances)
         for poles in (A_BC, AB, CA)
@@ -82,3 +83,11 @@ def test_it_looks_like_a_closed_circuit(connection):
     found = second_circuit(series, IRON)
     assert found is not None
     assert found.coupling == pytest.approx((0.5 * (LQ - LD) * math.sin(0.24)) ** 2 / LD / LQ, rel=0.1)
+
+
+def test_turns_that_one_phase_has_more_show_in_the_other_axis():
+    turns = (1.02, 0.985, 0.995)
+    on_d, on_q = (read("wye", angle, [0.5, 0.5, 0.5], turns)[0] for angle in (0.0, math.pi / 2.0))
+    for along, across, true in ((on_d.along, on_q.across, LD), (on_q.along, on_d.across, LQ)):
+        assert along == pytest.approx(1.02 * true, rel=1e-3)
+        assert 0.5 * (along + across) == pytest.approx(true, rel=1e-3)
