@@ -9,6 +9,7 @@ import numpy as np
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import AppliedAccuracy, ErrorInput
+from bench.analysis.decelerations import detail_decelerations
 from bench.analysis.outcome import (
     AnalysisOutcome,
     estimated,
@@ -43,6 +44,7 @@ def analyze_coast_down(
     inertia: float | None = None,
     inertia_uncertainty: float = 0.0,
     torque: float | None = None,
+    at_speed: Sequence[float] = (),
     speed: str | None = None,
     speed_in_rpm: bool | None = None,
     electrical: bool = False,
@@ -55,7 +57,8 @@ def analyze_coast_down(
 ) -> dict[str, Any]:
     """Return friction over inertia from a coast-down's time and speed; with more to go on, inertia and friction.
 
-    With `inertia` (kg·m²) the frictions follow. With several files, or a torque column (N·m), all ramps are fitted together:
+    With `inertia` (kg·m²) the frictions follow. A coast-down alone gives its deceleration too, without any law of friction, `at_speed`
+    (rpm) or at 25, 50 and 75 % of its top speed. With several files, or a torque column (N·m), all ramps are fitted together:
     a file without a torque column is a coast-down, unless it comes first and `torque` (N·m) is given for it. `speed` names the
     column, `speed_in_rpm` whether one without unit is in rpm or in rad/s; without it such a speed is refused. A speed that is electrical,
     by its name or by `electrical`, is divided by the `pole_pairs`. `speed_filter` and `torque_filter` are the time constants (s) of
@@ -97,6 +100,8 @@ def analyze_coast_down(
     outcome.assume(*assumed)
     parts = [part for record in records for part in split(record.ramp())]
     driven = len(parts) > 1 or any(np.any(part.torque) for part in parts)
+    if driven and at_speed:
+        raise CaptureError("at-speed", text("decelerations are given of a single coast-down; give it alone"))
     fit = estimated(captures[0], lambda: _fit(records, driven=driven))
     names = SHARED if driven else _RATES
     found = {
@@ -106,10 +111,8 @@ def analyze_coast_down(
         moved = half_differences(fit, names, partial(_fit, records, error, driven=driven), str(error))
         found = {n: applied.change(outcome.uncertainties, q, error, moved[n]) for n, q in found.items()}
     seconds = max(float(np.ptp(part.time)) for part in parts)
-    for capture in captures:
-        judge_open_time(
-            outcome, capture, "coast", seconds, (*names, *(_FRICTIONS if inertia is not None and not driven else ()))
-        )
+    judged = (*names, *(_FRICTIONS if inertia is not None and not driven else ()))
+    open_time = [capture for capture in captures if judge_open_time(outcome, capture, "coast", seconds, judged)]
     estimator = "fit of whole ramps together" if driven else "fit of the whole coast-down"
     for name, quantity in found.items():
         outcome.parameter(name, quantity, estimator=estimator, misfit=fit.misfit.of(name))
@@ -152,6 +155,8 @@ def analyze_coast_down(
             ),
             "coast-lower",
         )
+    if not open_time:
+        detail_decelerations(outcome, records[0], applied, fit.misfit, at_speed, inertia, inertia_uncertainty)
     outcome.detail(initial_speed=fit.value("initial_speed"), residual_rms=fit.residual_rms)
     if inertia is None:
         outcome.warn(

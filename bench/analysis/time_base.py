@@ -31,14 +31,14 @@ def judge_open_time(
     kind: Literal["frequency", "time constant", "coast"],
     shown: float,
     names: Iterable[str],
-) -> None:
+) -> bool:
     """Give none of these parameters where nobody said the unit of time, and what the record shows (Hz or s, its times read in s) is what
-    motors have with times in ms as well.
+    motors have with times in ms as well; return whether it is so.
     """
     what, unit, (least, most), power = _SHOWN[kind]
     in_ms = shown * 1e-3**power
     if not capture.time_unit_open or not least <= in_ms <= most:
-        return
+        return False
     outcome.withhold(
         names,
         "time-unit-open",
@@ -52,6 +52,7 @@ def judge_open_time(
             unit=unit,
         ),
     )
+    return True
 
 
 def warn_of_time_constant(outcome: AnalysisOutcome, seconds: float) -> None:

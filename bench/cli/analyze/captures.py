@@ -171,6 +171,7 @@ def coast_down(
     inertia: float | None = None,
     inertia_uncertainty: float = 0.0,
     torque: float | None = None,
+    at_speed: Sequence[float] = (),
     speed: str | None = None,
     speed_in_rpm: Annotated[bool | None, Parameter(negative="--speed-in-rad-s")] = None,
     electrical: bool = False,
@@ -193,6 +194,8 @@ def coast_down(
         Its standard uncertainty, kg·m².
     torque
         Torque of the driven ramp, N·m, if no column gives it.
+    at_speed
+        Speed, rpm, at which the deceleration is given. Default: 25, 50 and 75 % of the top speed.
     speed
         Name of the speed's column.
     speed_in_rpm
@@ -216,6 +219,7 @@ def coast_down(
         inertia=inertia,
         inertia_uncertainty=inertia_uncertainty,
         torque=torque,
+        at_speed=at_speed,
         speed=speed,
         speed_in_rpm=speed_in_rpm,
         electrical=electrical,

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from bench.cli.analyze.speeds import speeds_table
+from bench.cli.analyze.speeds import decelerations_table, speeds_table
 from bench.cli.output import print_json
 from bench.run.console import console_on
 from drivers.interfaces.text import Translate, text
@@ -19,7 +19,8 @@ def print_analysis(made: Mapping[str, Any], translate: Translate, *, json: bool,
         print_json(made)
     else:
         _print_table(made, translate, budget=budget)
-    return 1 if made["withheld"] else 0
+    asked = made["details"].get("decelerations", ())
+    return 1 if made["withheld"] or any(row["withheld"] for row in asked) else 0
 
 
 def _print_table(made: Mapping[str, Any], translate: Translate, *, budget: bool) -> None:
@@ -57,6 +58,8 @@ def _print_table(made: Mapping[str, Any], translate: Translate, *, budget: bool)
     console.print(fitted(columns, rows, console.width))
     if speeds := made["details"].get("speeds"):
         console.print(speeds_table(speeds, translate))
+    if decelerations := made["details"].get("decelerations"):
+        console.print(decelerations_table(decelerations, translate))
     print_sentences(made, translate, [sentence.render(translate) for sentence in said_of(withheld.values())])
     if budget:
         from reports.tables.budget import budgets

@@ -1,4 +1,4 @@
-"""The table of flux linkage over speeds that `motorbench analyze back-emf --speeds` prints."""
+"""Tables over speeds that `motorbench analyze` prints: flux linkages, and decelerations of a coast-down."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -30,4 +30,33 @@ def speeds_table(rows: Sequence[Mapping[str, Any]], translate: Translate) -> "Ta
             text("not given").render(translate) if row["withheld"] else f"{1e3 * row['flux_linkage']:.5g}",
             "–" if row["withheld"] else f"{low:.5g} … {high:.5g}",
         )
+    return table
+
+
+def decelerations_table(rows: Sequence[Mapping[str, Any]], translate: Translate) -> "Table":
+    """Return a coast-down's decelerations of an analysis' details as a table, with the friction torques where the inertia is known."""
+    from rich import box
+    from rich.table import Table
+
+    from reports.tables.figures import decimals_for, figure
+
+    title = text("By speed, without a law of friction").render(translate)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left")
+    columns = {
+        "deceleration": (text("Deceleration, rad/s²"), 1.0),
+        "friction_torque": (text("Friction torque, mN·m"), 1e3),
+    }
+    columns = {key: each for key, each in columns.items() if any(key in row for row in rows)}
+    for name in (text("Speed, rpm"), *(name for heading, _ in columns.values() for name in (heading, "95 %"))):
+        table.add_column(word(name).render(translate), justify="right", no_wrap=True)
+    for row in rows:
+        cells = [f"{row['speed_rpm']:.5g}"]
+        for key, (_, factor) in columns.items():
+            if row["withheld"]:
+                cells += [text("not given").render(translate), "–"]
+                continue
+            decimals = decimals_for(factor * row[key]["standard_uncertainty"], factor * row[key]["value"])
+            bounds = (figure(factor * bound, decimals) for bound in row[key]["coverage_interval"])
+            cells += [figure(factor * row[key]["value"], decimals), " … ".join(bounds)]
+        table.add_row(*cells)
     return table
