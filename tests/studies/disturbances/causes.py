@@ -16,6 +16,7 @@ SWEEP = ("dq-inductance-extremes",)
 BRIDGES = ("dq-inductance-extremes", "dq-inductance-aligned")
 BRIDGE_AND_WIRES = ("stator-resistance", "stator-resistance-dc")
 WIRES = ("stator-resistance-dc",)
+STROKES = ("flux-map-standstill",)
 WIRES_AND_BRIDGES = (*WIRES, *BRIDGES)
 _TURN = 2.0 * math.pi
 
@@ -24,7 +25,7 @@ _TURN = 2.0 * math.pi
 class Cause:
     """One row of the study: what is disturbed, which procedures see it, and what makes a bench dirty with it.
 
-    With `drive` the bench has the inverter that regulates d and q currents.
+    With `drive` the bench has the inverter that regulates d and q currents. Of the procedures carried out `before`, no figure counts.
     """
 
     name: str
@@ -32,11 +33,12 @@ class Cause:
     soil: Callable[[Dirt], None]
     listed: bool = True
     drive: bool = False
+    before: tuple[str, ...] = ()
 
     @property
     def row(self) -> str:
         """What its row is called."""
-        return f"{self.name} · {self.procedures[0]}"
+        return " after ".join((f"{self.name} · {self.procedures[0]}", *self.before))
 
 
 def _probe(dirt: Dirt, of_step: bool) -> int:
@@ -288,6 +290,7 @@ CLEAN = (
         for names in (STEP, EMF, SHAPE, RAMPS, SWEEP, BRIDGE_AND_WIRES, WIRES_AND_BRIDGES)
     ),
     *(Cause("none", names, _nothing, drive=True) for names in BY_DRIVE),
+    Cause("none", STROKES, _nothing, drive=True, before=WIRES),
 )
 
 LISTED = (
@@ -347,7 +350,10 @@ UNLISTED = (
 )
 
 #: Of the drive that regulates currents.
-DRIVE = tuple(Cause(name, names, soil, drive=True) for name, soil in SOILS.items() for names in BY_DRIVE)
+DRIVE = (
+    *(Cause(name, names, soil, drive=True) for name, soil in SOILS.items() for names in BY_DRIVE),
+    Cause("drive-current-gain", STROKES, SOILS["drive-current-gain"], drive=True, before=WIRES),
+)
 
 #: All of them by their rows.
 BY_ROW = {cause.row: cause for cause in (*CLEAN, *LISTED, *UNLISTED, *DRIVE)}
