@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.analysis.heading_row import heading_of, refuse_open_quotation
+from bench.captures.arrays import array_lines
 from bench.captures.decimal_marks import doubtful_number
 from bench.captures.encoding import decoded
 from bench.captures.no_heading import without_comments
@@ -89,8 +90,8 @@ def read_table(
     there; those in `rms` are rms whether their heading says so or not. Raises InputError naming file, line and column, also where a unit
     is left open, or for more than `most` rows; UsageError for a mapping that names nothing.
     """
-    content = _content(path)
-    numbered = [(place, line) for place, line in enumerate(without_comments(content.splitlines()), 1) if line.strip()]
+    content = array_lines(path) or _content(path).splitlines()
+    numbered = [(place, line) for place, line in enumerate(without_comments(content), 1) if line.strip()]
     lines = [line for _, line in numbered]
     if len(lines) < 2:
         raise InputError(at(str(path), text("a heading and rows of numbers are needed")))
@@ -131,6 +132,17 @@ def read_table(
     for name in (each for there, others in (unless or {}).items() if there in places for each in others):
         places.pop(name, None)
         twice.pop(name, None)
+    if not places and heading and all(number(cell) is not None for cell in heading[1:]):
+        raise InputError(
+            at(
+                str(path),
+                text(
+                    "the first row has numbers in place of headings. A table with one current along its rows and the other along its "
+                    "columns is to be written row by row under headings, or saved as matrices of these names (.mat, .npz): {needed}",
+                    needed=list(needed),
+                ),
+            )
+        )
     lacking = [name for name in needed if name not in places and (instead or {}).get(name) not in places]
     if lacking:
         raise InputError(

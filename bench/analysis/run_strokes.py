@@ -15,6 +15,7 @@ from bench.journal.waveforms import StoredWaveform, read_waveform
 from drivers.interfaces import DqSample
 from drivers.interfaces.text import text, text_of
 from procedures.core.events import StrokesKept
+from procedures.estimation.flux.gain_ratio import KnownResistance
 from procedures.estimation.flux.standstill import StandstillGains, StandstillMap, fit_standstill
 from procedures.estimation.flux.stroke_train import StrokeTrain
 from procedures.techniques.maps.stroke_records import train_of
@@ -57,7 +58,8 @@ def standstill_map(folder: Path, strokes: Sequence[KeptStrokes]) -> StandstillMa
     """
     last = strokes[-1].kept
     gains = StandstillGains(last.voltage_gain, last.current_gain, last.u_flux_linkage)
-    return fit_standstill([_train(folder, each) for each in strokes], last.flux_linkage, gains)
+    known = KnownResistance(last.resistance, last.u_resistance) if last.resistance else None
+    return fit_standstill([_train(folder, each) for each in strokes], last.flux_linkage, gains, known)
 
 
 def _train(folder: Path, strokes: KeptStrokes) -> StrokeTrain:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.captures.arrays import array_lines
 from bench.captures.capture import Capture, CaptureError
 from bench.captures.hantek import is_hantek, read_hantek
 from bench.captures.hdf5 import read_hdf5
@@ -34,8 +35,8 @@ _SCOPES = (
 
 
 def read_capture(path: Path | str, *, abscissa: str = "time", selection: CapturePart = WHOLE) -> Capture:
-    """Return a stored capture: CSV of Rohde & Schwarz, Siglent, Rigol, Tektronix, Yokogawa or Hantek, a plain table, or motorbench HDF5
-    (`file.h5#name` for one record of several); text may be gzip'ed.
+    """Return a stored capture: CSV of Rohde & Schwarz, Siglent, Rigol, Tektronix, Yokogawa or Hantek, a plain table, arrays
+    in .mat, .npy or .npz, or motorbench HDF5 (`file.h5#name` for one record of several); text may be gzip'ed.
 
     `abscissa` ("time", "angle" or "current") says what the first column of a table without headings is, `selection` which part is wanted.
     Raises CaptureError with file and line.
@@ -52,7 +53,7 @@ def _read(path: Path | str, abscissa: str, selection: CapturePart) -> Capture:
         if stream.read(8) == _HDF5_SIGNATURE:
             _refuse_column(file, selection)
             return read_hdf5(file, selected)
-    lines = read_lines(file)
+    lines = array_lines(file) or read_lines(file)
     for written_by, read in _SCOPES:
         if written_by(lines):
             _refuse_column(file, selection)

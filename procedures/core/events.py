@@ -127,7 +127,8 @@ class StrokesKept(Event, kind="strokes_kept"):
 
     `channel_gains` is what each channel's samples were divided by, `voltage_gain` the limit (relative) of the gain that is left in them,
     `current_gain` that of the inverter's currents. `flux_linkage` (V·s, peak) of the magnets has the standard uncertainty
-    `u_flux_linkage`; `locked` says that the rotor was held.
+    `u_flux_linkage`; `locked` says that the rotor was held. `resistance` (Ω, as warm as before the strokes) of the winding has the
+    standard uncertainty `u_resistance`; 0 where it was not measured before.
     """
 
     channel_gains: Mapping[str, float]
@@ -136,6 +137,8 @@ class StrokesKept(Event, kind="strokes_kept"):
     flux_linkage: float
     u_flux_linkage: float
     locked: bool
+    resistance: float = optional(0.0)
+    u_resistance: float = optional(0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,9 @@ from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.flux.plan import grid_locations
 from procedures.estimation.flux.standstill import StandstillGains, fit_standstill
+from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE
 from procedures.maps.standstill_run import StrokePace, TakenStrokes, take_strokes
+from procedures.techniques.maps.current_check import known_resistance, tell_current
 from procedures.techniques.maps.plots import stroke_plot
 from procedures.techniques.maps.results import (
     MAP_FILE,
@@ -30,6 +32,7 @@ from procedures.techniques.maps.results import (
 )
 from procedures.techniques.maps.stroke_records import StrokeRecorder
 from procedures.techniques.shaft.pole_pair_count import known_pole_pairs
+from procedures.techniques.temperature.settings import CopperCoefficient, ReferenceTemperature, TemperatureUncertainty
 from procedures.verification.settings import WiringSettings
 
 #: Largest phase voltage against a star point, as a share of the bus voltage.
@@ -70,6 +73,15 @@ class StandstillFluxMapSettings(WiringSettings):
     )
     rest: float = Field(default=0.2, ge=0.0, le=60.0, description="rest after the strokes at each current, s")
     lock: bool = Field(default=False, description="lock the rotor instead of leaving it free")
+    winding_temperature: float | None = Field(
+        default=None,
+        ge=-60.0,
+        le=250.0,
+        description="winding temperature, °C; asked for when not given, where the winding's resistance was measured before",
+    )
+    temperature_uncertainty: TemperatureUncertainty = 2.0
+    coefficient: CopperCoefficient = COPPER
+    coefficient_reference: ReferenceTemperature = COPPER_REFERENCE
 
 
 class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
@@ -115,6 +127,7 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
             )
         self._magnet = float(expected or 0.0) if known is None else known.value
         self._u_magnet = _EXPECTED * self._magnet if known is None else known.standard_uncertainty
+        self._winding = known_resistance(self)
         channels = self.bench.oscilloscope.channels(ProbeKind.VOLTAGE)[:3]
         self._channels = tuple(channels)
         holding = LockRotor() if self.settings.lock else ReleaseRotor()
@@ -190,11 +203,12 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
         """Report the map."""
         gains = StandstillGains(taken.voltage_gain, self._current_gain, self._u_magnet)
         try:
-            fit = fit_standstill(taken.trains, self._magnet, gains)
+            fit = fit_standstill(taken.trains, self._magnet, gains, self._winding)
         except EstimationError as error:
             self.notice("no-map", text("there is no map: {why}", why=error))
             return
         flux_map = fit.map
+        tell_current(self, fit.beside_known, self._current_gain)
         self.findings |= {
             "tables": {MAP_FILE: table_of(flux_map)},
             "full_scale": flux_map.full_scale,
@@ -224,6 +238,8 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
                 flux_linkage=self._magnet,
                 u_flux_linkage=self._u_magnet,
                 locked=self.settings.lock,
+                resistance=self._winding.value if self._winding else 0.0,
+                u_resistance=self._winding.standard_uncertainty if self._winding else 0.0,
             )
         )
 

@@ -5,12 +5,13 @@ The magnet's flux lies in no change: it is taken from elsewhere.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.flux.flux_map import MeasuredFluxMap
+from procedures.estimation.flux.gain_ratio import GainRatio, KnownResistance
 from procedures.estimation.flux.stroke_course import stroke_course
 from procedures.estimation.flux.stroke_train import ComplexArray, FluxOf, StrokeTrain
 
@@ -51,7 +52,7 @@ class StandstillMap:
 
     `angle` (rad) is by how much the drive's d axis leads the motor's, with its standard uncertainty; `mirrored` whether its phases follow
     each other the other way, and `frame` (rad) how its frame is turned. `residual` (V·s) is what the strokes leave, root mean square;
-    `asymmetry` (V·s) by how much ψ at ± i_q differ.
+    `asymmetry` (V·s) by how much ψ at ± i_q differ. `beside_known` is the resistance over the one that is known, None where none is.
     """
 
     map: MeasuredFluxMap
@@ -62,6 +63,7 @@ class StandstillMap:
     frame: float
     residual: float
     asymmetry: float
+    beside_known: GainRatio | None
 
 
 @dataclass(frozen=True)
@@ -79,10 +81,13 @@ class _Location:
         return bool(first.real * last.real < 0.0 and abs(first.imag) < _ALONG_D * abs(first.real))
 
 
-def fit_standstill(trains: Sequence[StrokeTrain], flux_linkage: float, gains: StandstillGains) -> StandstillMap:
-    """Fit trains of strokes, those along the d axis between ± i_d, others from i_q > 0 to −i_q at one i_d.
+def fit_standstill(
+    trains: Sequence[StrokeTrain], flux_linkage: float, gains: StandstillGains, known: KnownResistance | None = None
+) -> StandstillMap:
+    """Fit trains of strokes in the order of their taking, those along the d axis between ± i_d, others from i_q > 0 to −i_q at one i_d.
 
-    `flux_linkage` (V·s, peak) is the magnet's. The motor is taken to be symmetric: ψ_d even, ψ_q odd in i_q.
+    `flux_linkage` (V·s, peak) is the magnet's. The motor is taken to be symmetric: ψ_d even, ψ_q odd in i_q. By what the strokes'
+    resistance differs from a `known` one beyond chance, the gains may be beyond their limits, and the map holds that.
 
     Raises EstimationError for fewer locations than carry a map, or a stator's frame that is not the drive's.
     """
@@ -94,7 +99,8 @@ def fit_standstill(trains: Sequence[StrokeTrain], flux_linkage: float, gains: St
     noise = _current_noise(seen)
     for number in range(_ROUNDS):
         charges = [each.charge(resistance, flux_of) for each in seen]
-        resistance = _resistance(seen, charges, flux_linkage, slopes)
+        above, below = _resistances(seen, charges, flux_linkage, slopes)
+        resistance = float(np.sum(above) / np.sum(below)) if np.any(below) else 0.0
         made = [
             _location(each, charge, resistance, flux_linkage, slopes[k] if number else None, noise)
             for k, (each, charge) in enumerate(zip(seen, charges, strict=True))
@@ -104,6 +110,13 @@ def fit_standstill(trains: Sequence[StrokeTrain], flux_linkage: float, gains: St
     residual = float(np.sqrt(np.mean(np.abs(residuals) ** 2)))
     angle, spread, asymmetry = _angle(locations, slopes, flux_linkage, residual)
     course = resistance * stroke_course(seen, charges, resistance).half_width
+    beside = None
+    if known is not None:
+        alike = gains.voltage / math.sqrt(3.0), gains.current / math.sqrt(3.0), _unsettled(seen, resistance)
+        beside = known.beside(above / np.maximum(below, 1e-300), below, _heat(seen), *alike)
+    if beside is not None:
+        voltage, current = (math.hypot(stated, beside.excess) for stated in (gains.voltage, gains.current))
+        gains = replace(gains, voltage=voltage, current=current)
     made_map = _map(locations, slopes, flux_linkage, gains, angle, spread, course)
     if asymmetry > _UNLIKE * made_map.full_scale:
         raise EstimationError(
@@ -111,7 +124,7 @@ def fit_standstill(trains: Sequence[StrokeTrain], flux_linkage: float, gains: St
             "are to mirror each other: the drive's d axis lies beside the magnet, or the rotor was moved. Calibrate the drive's angle "
             "(the offset of its encoder), and measure again"
         )
-    return StandstillMap(made_map, resistance, angle, spread, mirrored, frame, residual, asymmetry)
+    return StandstillMap(made_map, resistance, angle, spread, mirrored, frame, residual, asymmetry, beside)
 
 
 def _frame(trains: Sequence[StrokeTrain]) -> tuple[bool, float]:
@@ -160,24 +173,39 @@ def _visits(train: StrokeTrain) -> tuple[FloatArray, ComplexArray]:
     return ends, means
 
 
-def _resistance(
+def _resistances(
     trains: Sequence[StrokeTrain], charges: Sequence[ComplexArray], flux_linkage: float, slopes: FloatArray
-) -> float:
-    """Return the resistance (Ω) that has the strokes come back to the same flux linkages, or that their ends show where rotors stand."""
-    above = below = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """Return by train what it weighs times the resistance (Ω) that has its strokes come back to the same flux linkages, or that their
+    ends show where the rotor stands, and what it weighs.
+    """
+    above, below = np.zeros(len(trains)), np.zeros(len(trains))
     for k, (train, charge) in enumerate(zip(trains, charges, strict=True)):
         if train.still:
             # The record's zero is what the first plateau and the last show.
-            voltage = (train.plateaus - train.plateaus[-1]) * np.exp(-1j * train.angle)
-            above += float(np.real(np.conj(train.current) @ voltage))
-            below += float(np.real(np.conj(train.current) @ train.current))
-            continue
-        slope = slopes[k] if len(slopes) else None
-        left = _apart(train, _seen(train, charge, 0.0, flux_linkage), flux_linkage, slope)
-        lost = _apart(train, np.asarray((charge * np.exp(-1j * train.angle))[1:]), 0.0, None)
-        above += float(np.real(np.conj(lost) @ left))
-        below += float(np.real(np.conj(lost) @ lost))
-    return above / below if below else 0.0
+            left = (train.plateaus - train.plateaus[-1]) * np.exp(-1j * train.angle)
+            lost = train.current
+        else:
+            slope = slopes[k] if len(slopes) else None
+            left = _apart(train, _seen(train, charge, 0.0, flux_linkage), flux_linkage, slope)
+            lost = _apart(train, np.asarray((charge * np.exp(-1j * train.angle))[1:]), 0.0, None)
+        above[k] = float(np.real(np.conj(lost) @ left))
+        below[k] = float(np.real(np.conj(lost) @ lost))
+    return above, below
+
+
+def _unsettled(trains: Sequence[StrokeTrain], resistance: float) -> float:
+    """Return the standard uncertainty (relative) of resistances (Ω) that the strokes' ends show, for what has not settled there."""
+    standing = [each for each in trains if each.still]
+    missed = sum(float(np.abs(each.current) @ each.plateau_uncertainty) for each in standing)
+    whole = sum(float(np.abs(each.current) @ np.abs(each.current)) for each in standing)
+    return missed / (resistance * whole) if whole and resistance > 0.0 else 0.0
+
+
+def _heat(trains: Sequence[StrokeTrain]) -> FloatArray:
+    """Return ∫|i|²dt (A²·s) until the middle of each train, of currents that stand at once."""
+    each = np.array([float(np.abs(one.current[1:]) ** 2 @ np.diff(one.time[one.places])) for one in trains])
+    return np.asarray(np.cumsum(each) - 0.5 * each)
 
 
 def _current_noise(trains: Sequence[StrokeTrain]) -> float:

@@ -11,6 +11,7 @@ from procedures.core.curves import curve
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.flux.estimator import FluxMapEstimate
 from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap, of_gains
+from procedures.estimation.flux.gain_ratio import GainRatio
 from procedures.techniques.maps.estimates import gains_of
 from procedures.techniques.maps.readings import MapReadings
 
@@ -19,10 +20,6 @@ TORQUE_DIFFERS = "torque-differs"
 #: Below this share of the largest torque a reading says nothing of a ratio.
 _SMALL = 0.1
 _LEAST = 4
-#: The torque of the map and the shaft's differ by less than so many standard uncertainties.
-_AGREE = 3.0
-#: Of a difference so many of its standard uncertainties are held beside it; 95 % of a rectangle end at that share of its limit.
-_COVERED, _INSIDE = 2.0, 0.95
 
 
 @dataclass(frozen=True)
@@ -50,7 +47,7 @@ class ShaftTorque:
     @property
     def contradiction(self) -> Text | None:
         """The message if the two torques differ by more than both uncertainties; None if they do not."""
-        if abs(self.ratio - 1.0) <= _AGREE * self.standard_uncertainty:
+        if not GainRatio(self.ratio, self.standard_uncertainty).contradicted:
             return None
         return text(
             "the shaft torque is {ratio:.4f} times the torque by the map, known to ±{expanded:.2g}: check "
@@ -59,26 +56,15 @@ class ShaftTorque:
             expanded=2.0 * self.standard_uncertainty,
         )
 
-    @property
-    def excess(self) -> float:
-        """Half-width by which a gain of voltage or current may be beyond its limit: what the two torques differ by more than chance has it.
-
-        It counts from one standard uncertainty on, told or not. A larger share would widen the maps of undisturbed benches by more than
-        half in the mean.
-        """
-        off, own = abs(self.ratio - 1.0), self.standard_uncertainty
-        beyond = math.sqrt(3.0 * max(off**2 - own**2, 0.0))
-        # Far off, the difference itself is known.
-        return min(beyond, (off + _COVERED * own) / _INSIDE)
-
     def held_by(self, flux_map: MeasuredFluxMap) -> MeasuredFluxMap:
         """Return the map with gains of voltage and current whose limits hold the difference, for either may be what is wrong; the map as
         it is where chance explains it.
         """
-        if self.excess == 0.0:
+        excess = GainRatio(self.ratio, self.standard_uncertainty).excess
+        if excess == 0.0:
             return flux_map
         slopes = flux_map.surface.slopes(flux_map.points)
-        voltage, current = (math.hypot(stated, self.excess) for stated in (self.gains.voltage, self.gains.current))
+        voltage, current = (math.hypot(stated, excess) for stated in (self.gains.voltage, self.gains.current))
         wider = of_gains(flux_map.points, flux_map.flux, slopes, voltage=voltage, current=current)
         return replace(flux_map, shared={**flux_map.shared, **wider})
 

@@ -17,6 +17,7 @@ ALIGNED = ("dq-inductance-aligned",)
 BRIDGES = ("dq-inductance-extremes", *ALIGNED)
 BRIDGE_AND_WIRES = ("stator-resistance", "stator-resistance-dc")
 WIRES = ("stator-resistance-dc",)
+STROKES = ("flux-map-standstill",)
 WIRES_AND_BRIDGES = (*WIRES, *BRIDGES)
 _SLOW = {"at_frequency": False}
 _TURN = 2.0 * math.pi
@@ -26,7 +27,8 @@ _TURN = 2.0 * math.pi
 class Cause:
     """One row of the study: what is disturbed, which procedures see it, and what makes a bench dirty with it.
 
-    With `drive` the bench has the inverter that regulates d and q currents; `choices` are settings of the procedures.
+    With `drive` the bench has the inverter that regulates d and q currents; `choices` are settings of the procedures. Of the procedures
+    carried out `before`, no figure counts.
     """
 
     name: str
@@ -35,17 +37,18 @@ class Cause:
     listed: bool = True
     drive: bool = False
     choices: Mapping[str, object] = field(default_factory=dict)
+    before: tuple[str, ...] = ()
 
     @property
     def row(self) -> str:
         """What its row is called."""
         chosen = "".join(f", {name}={str(value).lower()}" for name, value in self.choices.items())
-        return self.drawn_by + chosen
+        return " after ".join((self.drawn_by + chosen, *self.before))
 
     @property
     def drawn_by(self) -> str:
         """What its sizes are drawn by: rows that differ in choices alone are disturbed alike."""
-        return f"{self.name} · {self.procedures[0]}"
+        return " after ".join((f"{self.name} · {self.procedures[0]}", *self.before))
 
 
 def _probe(dirt: Dirt, of_step: bool) -> int:
@@ -304,6 +307,7 @@ CLEAN = (
     ),
     *(Cause("none", names, _nothing, choices=_SLOW) for names in (BRIDGES, WIRES_AND_BRIDGES)),
     *(Cause("none", names, _nothing, drive=True) for names in BY_DRIVE),
+    Cause("none", STROKES, _nothing, drive=True, before=WIRES),
 )
 
 LISTED = (
@@ -325,7 +329,7 @@ LISTED = (
     Cause("saturation", STEP, _saturation),
     Cause("second-time-constant", STEP, _eddy),
     Cause("unlike-turns", ALIGNED, _turns),
-    Cause("second-time-constant", ALIGNED, _eddy),
+    Cause("second-time-constant", ALIGNED, _eddy, choices=_SLOW),
     Cause("second-time-constant", BRIDGES, _eddy),
     Cause("second-time-constant", BRIDGES, _eddy, choices=_SLOW),
     Cause("second-time-constant", WIRES_AND_BRIDGES, _eddy, choices=_SLOW),
@@ -366,7 +370,10 @@ UNLISTED = (
 )
 
 #: Of the drive that regulates currents.
-DRIVE = tuple(Cause(name, names, soil, drive=True) for name, soil in SOILS.items() for names in BY_DRIVE)
+DRIVE = (
+    *(Cause(name, names, soil, drive=True) for name, soil in SOILS.items() for names in BY_DRIVE),
+    Cause("drive-current-gain", STROKES, SOILS["drive-current-gain"], drive=True, before=WIRES),
+)
 
 #: All of them by their rows.
 BY_ROW = {cause.row: cause for cause in (*CLEAN, *LISTED, *UNLISTED, *DRIVE)}

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.flux.gain_ratio import KnownResistance
 from procedures.estimation.flux.standstill import StandstillGains, fit_standstill
 from procedures.estimation.flux.stroke_train import StrokeTrain, stroke_train
 from tests.procedures.estimation.flux.half_widths import half_widths
@@ -29,11 +30,13 @@ def made(
     resistance: float = R,
     unbalance: float = 0.0,
     noise: float = 0.0,
+    gain: float = 0.0,
     locked: bool = False,
 ) -> StrokeTrain:
     """A rotor that stands at `angle`; the drive's d axis leads by `error`, its frame is turned by `frame`.
 
-    `unbalance` is that of the phases' resistances, `noise` (A) that of what the drive says of its currents.
+    `unbalance` is that of the phases' resistances, `noise` (A) that of what the drive says of its currents,
+    which flow larger than that by `gain`.
     """
     other = point.conjugate() if point.imag else -point
     ends = [0j, point, other, point, 0j]
@@ -54,7 +57,7 @@ def made(
     voltage = stator + unbalance * np.conj(stator) + (LD * change.real + 1j * LQ * change.imag) * np.exp(1j * angle)
     told = [*begins, 3.0 * STROKE]
     random = np.random.default_rng([7, round(1e3 * abs(point)), round(1e3 * abs(point.real))])
-    said = [each + noise * complex(*random.normal(size=2)) for each in (0j, point, other, point, 0j)]
+    said = [each / (1.0 + gain) + noise * complex(*random.normal(size=2)) for each in (0j, point, other, point, 0j)]
     # The drive's angle is that of its own d axis, which leads by the error.
     return stroke_train(time, voltage * np.exp(1j * frame), told, said, [angle + error] * 5, [0.0] * 5, locked=locked)
 
@@ -69,6 +72,29 @@ def test_a_constant_motor_has_its_inductances_and_its_resistance() -> None:
     assert off.max() < 2e-3 * found.map.full_scale
     assert not found.mirrored
     assert found.frame == 0.0
+
+
+@pytest.mark.parametrize(("gain", "told"), [(0.01, False), (-0.08, True)])
+def test_a_current_that_is_not_as_stated_is_held_where_the_resistance_is_known(gain: float, told: bool) -> None:
+    trains = [made(point, gain=gain) for point in POINTS]
+    found = fit_standstill(trains, LAMBDA, StandstillGains(0.01, 0.005, 0.0), KnownResistance(R, 0.003 * R))
+    assert found.beside_known is not None
+    assert found.beside_known.ratio == pytest.approx(1.0 + gain, abs=0.01)
+    assert found.beside_known.contradicted == told
+    true = flux(found.map.points[:, 0] + 1j * found.map.points[:, 1])
+    off = np.abs(found.map.flux - np.column_stack((true.real, true.imag)))
+    assert np.all(off <= 1.96 * found.map.uncertainty + 1e-9)
+
+
+def test_ends_of_strokes_that_have_not_settled_accuse_no_current() -> None:
+    # The first stroke, of half the impulse, ends after six time constants here.
+    trains = [made(point, locked=True) for point in POINTS]
+    beside = fit_standstill(
+        trains, LAMBDA, StandstillGains(0.001, 0.001, 0.0), KnownResistance(R, 0.001 * R)
+    ).beside_known
+    assert beside is not None
+    assert not beside.contradicted
+    assert beside.ratio > 1.1
 
 
 def test_noise_of_currents_and_unequal_phases_move_nothing_where_the_rotor_stands() -> None:
