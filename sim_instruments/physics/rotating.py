@@ -61,13 +61,11 @@ class Rotating:
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
-        result: FloatArray = self.network.basis @ self._currents(times)[0]
-        return result
+        return self.network.basis @ self._currents(times)[0]
 
     def magnetising_currents(self, times: FloatArray) -> FloatArray:
         """Return the currents (A, shape (3, n)) that, in all turns of the windings, would magnetise as the real ones do."""
-        result: FloatArray = self.network.flux_basis @ self._currents(times)[0]
-        return result
+        return self.network.flux_basis @ self._currents(times)[0]
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
@@ -86,8 +84,7 @@ class Rotating:
         network = self.network
         currents, slopes = self._currents(times)
         needed = network.mean_inertance @ slopes + network.damping @ currents + network.flux_basis.T @ self._emf(times)
-        result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
-        return result
+        return network.drive @ needed / float(network.drive @ network.drive)
 
     def _emf(self, times: FloatArray) -> FloatArray:
         windings = self.network.windings

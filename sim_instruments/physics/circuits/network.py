@@ -92,8 +92,7 @@ class Network:
     def inertance(self, angle: float) -> FloatArray:
         """Return M = basisᵀ·L(θ)·basis (H) at an electrical angle."""
         mean, cos, sin = self._inertances
-        result: FloatArray = mean + math.cos(2.0 * angle) * cos + math.sin(2.0 * angle) * sin
-        return result
+        return mean + math.cos(2.0 * angle) * cos + math.sin(2.0 * angle) * sin
 
     @cached_property
     def _inertances(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -106,8 +105,7 @@ class Network:
 
     def axis_shares(self, angle: float) -> FloatArray:
         """Return the loops' shares (2, loops) in the currents of d and q axis at an electrical angle."""
-        result: FloatArray = (2.0 / 3.0) * self.windings.axes(angle) @ self.basis
-        return result
+        return (2.0 / 3.0) * self.windings.axes(angle) @ self.basis
 
     def axis_inertances(self, angle: float) -> tuple[FloatArray, ...]:
         """Return Z (H), D and Q (loops×loops each) of M = Z + Ld·D + Lq·Q at an electrical angle."""
@@ -150,13 +148,11 @@ class Network:
 
     def source_current(self, winding_currents: FloatArray) -> FloatArray:
         """Return the current (A, shape (n,)) that the source delivers at winding currents (3, n)."""
-        result: FloatArray = self._plus @ winding_currents
-        return result
+        return self._plus @ winding_currents
 
     def terminal_currents(self, winding_currents: FloatArray) -> FloatArray:
         """Return the currents (A, shape (3, n)) into the terminals."""
-        result: FloatArray = self.windings.incidence @ winding_currents
-        return result
+        return self.windings.incidence @ winding_currents
 
     def node_potentials(
         self, drops: FloatArray, winding_currents: FloatArray, source_voltage: FloatArray

@@ -72,8 +72,7 @@ class SaturatedTransient:
 
     def loop_currents(self, times: FloatArray) -> FloatArray:
         """Return the loop currents (A, shape (loops, n))."""
-        result: FloatArray = self._offset[:, np.newaxis] + self._reach @ self._free(times)
-        return result
+        return self._offset[:, np.newaxis] + self._reach @ self._free(times)
 
     def loop_slopes(self, times: FloatArray) -> FloatArray:
         """Return the derivatives of the loop currents (A/s, shape (loops, n))."""
@@ -87,13 +86,11 @@ class SaturatedTransient:
         ]
         inertances = _sum(self._zero, inductances, self._parts)
         forces = self._force[:, np.newaxis] + self._slope[:, np.newaxis] * passed - self._damping @ free
-        result: FloatArray = self._reach @ solve_each(inertances, forces)
-        return result
+        return self._reach @ solve_each(inertances, forces)
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
-        result: FloatArray = self.network.basis @ self.loop_currents(times)
-        return result
+        return self.network.basis @ self.loop_currents(times)
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
         """Return the voltage (V) behind the source's resistance."""
@@ -103,8 +100,7 @@ class SaturatedTransient:
         currents, slopes = self.loop_currents(times), self.loop_slopes(times)
         zero_part, *parts = (part @ slopes for part in self._inertances)
         needed = _sum(zero_part, self._inductances(currents), parts) + network.damping @ currents
-        result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
-        return result
+        return network.drive @ needed / float(network.drive @ network.drive)
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""

@@ -80,8 +80,7 @@ class LinearTransient:
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
-        result: FloatArray = self.network.basis @ self.loop_currents(times)
-        return result
+        return self.network.basis @ self.loop_currents(times)
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
         """Return the voltage (V) behind the source's resistance."""
@@ -89,25 +88,22 @@ class LinearTransient:
             return self.source.at(times)
         network = self.network
         needed = self._inertance @ self.loop_slopes(times) + network.damping @ self.loop_currents(times)
-        result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
-        return result
+        return network.drive @ needed / float(network.drive @ network.drive)
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
         windings = self.network.windings
         slopes = self.network.flux_basis @ self.loop_slopes(times)
-        result: FloatArray = (
+        return (
             windings.resistance[:, np.newaxis] * (self.network.ohmic_basis @ self.loop_currents(times))
             + windings.inductance(self.angle) @ slopes
         )
-        return result
 
     def eddy_currents(self, time: float) -> FloatArray | None:
         """Return the eddy currents (A) in the iron at a time, None where there are none."""
         if not isinstance(self.network, EddyNetwork):
             return None
-        result: FloatArray = self.loop_currents(np.array([time]))[-3:, 0]
-        return result
+        return self.loop_currents(np.array([time]))[-3:, 0]
 
     def copper_heat(self, duration: float) -> float | None:
         """Return the heat (J) in the windings over the first `duration` s, None under a voltage that runs."""

@@ -100,16 +100,14 @@ class PeriodicFlux:
 
     def braking_torque(self, speed: FloatArray) -> FloatArray:
         """Return the mean torque (N·m, against the motion, (n,)) at mechanical speeds (rad/s, not negative)."""
-        result: FloatArray = self._braking(self._scaled(np.asarray(speed) * self.network.windings.pole_pairs))
-        return result
+        return self._braking(self._scaled(np.asarray(speed) * self.network.windings.pole_pairs))
 
     @cached_property
     def _braking(self) -> "_GrowingCourse":
         return _GrowingCourse(self)
 
     def _scaled(self, speeds: FloatArray) -> FloatArray:
-        result: FloatArray = np.arcsinh(speeds * self._time_constant)
-        return result
+        return np.arcsinh(speeds * self._time_constant)
 
     def at_scaled(self, node: float) -> SteadyTurn:
         """Return the steady state at arsinh(ω·L/R); none is a rotor that begins to turn."""
