@@ -10,9 +10,10 @@ from cyclopts import Parameter
 from bench.cli.options import Seed
 from bench.cli.output import print_json
 from bench.eol.line.admission.next_motor import RefusedSerial
-from bench.eol.line.batch import Counts, run_batch
+from bench.eol.line.batch import run_batch
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.brakes import AppliedBrake
+from bench.eol.line.counts import Counts
 from bench.eol.line.preparation.prepare import BatchRequest
 from bench.eol.record import MotorRecord, label_of
 from bench.eol.store.faults import StoreError
