@@ -1,10 +1,10 @@
 """One fault in a few words, as a flag takes it: `supply: silence on MEAS:CURR at step 3.2.2/3 after 0.5 for 2`."""
 
 import shlex
-import tomllib
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from bench.files.typed_value import typed_value
 from bench.i18n.errors import UsageError, at
 from drivers.interfaces.text import Text, lines, text, text_of
 
@@ -55,7 +55,7 @@ def _take(word: str, words: Iterator[str], told: dict[str, Any]) -> None:
         name, read = clause
         _put(told, name, read(next(words)))
     elif equals and key:
-        _put(told, key, _value(value))
+        _put(told, key, typed_value(value))
     elif word != "s":
         raise ValueError(text("{word!r} does not fit", word=word))
 
@@ -71,13 +71,6 @@ def _time(word: str) -> float:
         return float(word.removesuffix("s"))
     except ValueError:
         raise ValueError(text("{word!r} is no time in seconds", word=word)) from None
-
-
-def _value(typed: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {typed}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError):
-        return typed
 
 
 #: What one word follows: the key in the table, and how the word is read.

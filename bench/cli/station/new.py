@@ -1,7 +1,6 @@
 """`motorbench station new`: a station file from a scan and a person's answers, checked at the end."""
 
 import sys
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
@@ -13,6 +12,7 @@ from bench.cli.new_file import refuse_existing
 from bench.cli.station.check import check
 from bench.cli.station.scan import print_report, request_of, scanned, write_draft
 from bench.discovery.station_draft import Candidate, candidates
+from bench.files.typed_value import typed_value
 from bench.i18n.errors import InputError, message
 from bench.i18n.language import language_of, translator
 from bench.station.driver_options import unit_of_option
@@ -57,7 +57,7 @@ class _Dialogue:
         while True:
             reply = self.ask(question)
             if reply:
-                return _parsed(reply)
+                return typed_value(reply)
             if optional:
                 return None
             self.say(text("this question has no default; enter a value"))
@@ -232,11 +232,3 @@ def _limits(talk: _Dialogue, role: Role, made: Mapping[str, Any]) -> dict[str, A
         if value is not None:
             result[key] = value
     return result
-
-
-def _parsed(given: str) -> Any:
-    """Return what was typed as TOML has it; other words are a text."""
-    try:
-        return tomllib.loads(f"value = {given}")["value"]
-    except tomllib.TOMLDecodeError:
-        return given
