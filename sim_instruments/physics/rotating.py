@@ -19,16 +19,7 @@ class Rotating:
         self.network = network
         self.motion = motion
         self.source = source
-        loops = network.loops
-        if isinstance(source, VoltageSource):
-            self._reach = np.eye(loops)
-            offset = np.zeros(loops)
-            force = network.drive * source.voltage
-        else:
-            self._reach = network.reach
-            offset = network.drive * (source.current / float(network.drive @ network.drive))
-            force = -network.damping @ offset
-        reach = self._reach
+        reach, offset, force, _ = network.imposed(source)
         self._rates, shapes = modes(reach.T @ network.damping @ reach, reach.T @ network.mean_inertance @ reach)
         self._shapes = reach @ shapes
         self._direct = offset + self._shapes @ (self._shapes.T @ force / self._rates)
@@ -84,7 +75,7 @@ class Rotating:
         network = self.network
         currents, slopes = self._currents(times)
         needed = network.mean_inertance @ slopes + network.damping @ currents + network.flux_basis.T @ self._emf(times)
-        return network.drive @ needed / float(network.drive @ network.drive)
+        return network.behind(needed)
 
     def _emf(self, times: FloatArray) -> FloatArray:
         windings = self.network.windings

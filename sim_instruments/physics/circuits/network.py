@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg.lapack import dsygvd
 
 from sim_instruments.physics.circuits.small import solve_small
+from sim_instruments.physics.circuits.source import Source, VoltageSource
 from sim_instruments.physics.circuits.windings import FloatArray, Windings
 from sim_instruments.physics.circuits.wiring import wiring
 from sim_instruments.physics.motor.saturation import AxisLaw
@@ -71,6 +72,19 @@ class Network:
     def reach(self) -> FloatArray:
         """Directions (loops, loops − 1) of the loop currents that are free where the source's current is fixed."""
         return self._wiring.reach
+
+    def imposed(self, source: Source) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return what a source makes of the loops: directions (loops, free) of the free currents, the currents (A) that it fixes, and its
+        voltage (V) less what these drop, with its slope (V/s).
+        """
+        if isinstance(source, VoltageSource):
+            return np.eye(self.loops), np.zeros(self.loops), self.drive * source.voltage, self.drive * source.slope
+        fixed = self.drive * (source.current / float(self.drive @ self.drive))
+        return self.reach, fixed, -self.damping @ fixed, np.zeros(self.loops)
+
+    def behind(self, needed: FloatArray) -> FloatArray:
+        """Return the voltage (V, shape (n,)) behind the source's resistance, from what the loops need (V, shape (loops, n))."""
+        return self.drive @ needed / float(self.drive @ self.drive)
 
     @property
     def principal_loops(self) -> tuple[tuple[bool, bool, bool], FloatArray]:
@@ -140,6 +154,10 @@ class Network:
         emf = windings.emf_per_speed(np.array([angle]))[:, 0]
         slope = windings.inductance_slope(angle) @ (self.basis @ loops)
         left = -self.damping @ loops - electrical_speed * (self.basis.T @ (slope + emf))
+        return self._constant_by(loops, angle, left)
+
+    def _constant_by(self, loops: FloatArray, angle: float, left: FloatArray) -> float:
+        """Return the source voltage (V) that keeps its current, with what is left (V, shape (loops,)) for the inductances without it."""
         inertance, reach = self.differential_inertance(loops, angle), self.reach
         slopes = (
             reach @ solve_small(reach.T @ inertance @ reach, reach.T @ left) if reach.size else np.zeros(self.loops)

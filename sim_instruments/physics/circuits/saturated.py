@@ -43,14 +43,7 @@ class SaturatedTransient:
         self.start = start
         self.source = source
         self._saturation = saturation
-        loops = network.loops
-        force = slope = np.zeros(loops)
-        if isinstance(source, VoltageSource):
-            self._reach, self._offset = np.eye(loops), np.zeros(loops)
-            force, slope = network.drive * source.voltage, network.drive * source.slope
-        else:
-            self._reach = network.reach
-            self._offset = network.drive * (source.current / float(network.drive @ network.drive))
+        self._reach, self._offset, force, slope = network.imposed(source)
         reach = self._reach
         self._inertances = network.axis_inertances(angle)
         zero, *parts = (reach.T @ part @ reach for part in self._inertances)
@@ -58,7 +51,7 @@ class SaturatedTransient:
         shares = network.axis_shares(angle)
         self._shares, self._bias = shares @ reach, shares @ self._offset
         self._damping = reach.T @ network.damping @ reach
-        self._force, self._slope = reach.T @ (force - network.damping @ self._offset), reach.T @ slope
+        self._force, self._slope = reach.T @ force, reach.T @ slope
         #: Decay rates (1/s) where the inductances are largest.
         self.rates = modes(self._damping, _sum(zero, saturation.largest, parts))[0]
         self._begin: FloatArray = reach.T @ (initial - self._offset)
@@ -100,7 +93,7 @@ class SaturatedTransient:
         currents, slopes = self.loop_currents(times), self.loop_slopes(times)
         zero_part, *parts = (part @ slopes for part in self._inertances)
         needed = _sum(zero_part, self._inductances(currents), parts) + network.damping @ currents
-        return network.drive @ needed / float(network.drive @ network.drive)
+        return network.behind(needed)
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""

@@ -23,15 +23,7 @@ class LinearTransient:
         self.start = start
         self.source = source
         self._inertance = network.inertance(angle)
-        if isinstance(source, VoltageSource):
-            self._reach = np.eye(network.loops)
-            self._offset = np.zeros(network.loops)
-            force, slope = network.drive * source.voltage, network.drive * source.slope
-        else:
-            self._reach = network.reach
-            self._offset = network.drive * (source.current / float(network.drive @ network.drive))
-            force, slope = -network.damping @ self._offset, np.zeros(network.loops)
-        reach = self._reach
+        reach, self._offset, force, slope = network.imposed(source)
         self.rates, shapes = modes(reach.T @ network.damping @ reach, reach.T @ self._inertance @ reach)
         self._shapes = reach @ shapes
         # Each mode z' = −λ·z + f + s·τ has the particular solution (f + s·τ)/λ − s/λ².
@@ -88,7 +80,7 @@ class LinearTransient:
             return self.source.at(times)
         network = self.network
         needed = self._inertance @ self.loop_slopes(times) + network.damping @ self.loop_currents(times)
-        return network.drive @ needed / float(network.drive @ network.drive)
+        return network.behind(needed)
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""

@@ -59,8 +59,4 @@ class MappedNetwork(Network):
             - windings.resistance * currents[:, 0]
         )
         left = -self.damping @ loops - self.basis.T @ turning
-        inertance, reach = self.differential_inertance(loops, angle), self.reach
-        slopes = (
-            reach @ solve_small(reach.T @ inertance @ reach, reach.T @ left) if reach.size else np.zeros(self.loops)
-        )
-        return float(self.drive @ (inertance @ slopes - left)) / float(self.drive @ self.drive)
+        return self._constant_by(loops, angle, left)

@@ -47,7 +47,7 @@ class MappedRotation:
         induced = windings.drops(*self._turning(times), currents, network.basis @ slopes)
         induced -= windings.resistance[:, np.newaxis] * currents
         needed = network.basis.T @ induced + network.damping @ loops
-        return network.drive @ needed / float(network.drive @ network.drive)
+        return network.behind(needed)
 
     def _turning(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         pairs = self.network.windings.pole_pairs
