@@ -67,8 +67,6 @@ def back_emf(
     full_scale
         Range that a channel was set to (the whole screen), NAME=RANGE, as in CH1=40V. It is needed for limits in % of full
         scale.
-    record
-        What every capture's command takes.
 
     """
     from bench.analysis import analyze_back_emf
@@ -113,10 +111,6 @@ def step_response(
         Axis in which the rotor was locked.
     skew
         Largest delay between the two channels, s. At least half a sampling interval is assumed.
-    loop
-        The loop's channels, connection and temperature.
-    record
-        What every capture's command takes.
 
     """
     from bench.analysis import analyze_step_response
@@ -142,10 +136,6 @@ def four_wire(
         or three columns of voltage.
     reading
         Where a single line was read: between two lines, from one line to the other two joined, or to the star point.
-    loop
-        The loop's channels, connection and temperature.
-    record
-        What every capture's command takes.
 
     """
     from bench.analysis import analyze_four_wire
@@ -191,8 +181,6 @@ def rotor_sweep(
         Difference between smallest and largest inductance below which the note calls the motor a surface-magnet machine.
     scale
         Factor for a channel, NAME=FACTOR.
-    record
-        What every capture's command takes.
 
     """
     from bench.analysis import analyze_rotor_sweep

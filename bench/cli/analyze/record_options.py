@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from bench.cli.analyze.output import print_analysis
 from bench.cli.analyze.typed import factors_of
+from bench.cli.options import Json, Language
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import Translate, text
@@ -39,10 +40,6 @@ class RecordOptions:
         TOML file with the same statements. The command line overrides it.
     budget
         Print the uncertainty budget of every parameter. JSON output always contains the budgets.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
 
@@ -53,8 +50,8 @@ class RecordOptions:
     accuracy: Sequence[str] = ()
     accuracy_file: Path | None = None
     budget: bool = False
-    language: str = "auto"
-    json: bool = False
+    language: Language = "auto"
+    json: Json = False
 
     @property
     def translate(self) -> Translate:

@@ -54,8 +54,6 @@ def coast_down(
         Time constant of the filter in the speed signal, as in 20ms.
     torque_filter
         Time constant of the filter in the torque signal, as in 20ms.
-    record
-        What every capture's command takes.
 
     """
     from bench.analysis import analyze_coast_down
@@ -104,8 +102,6 @@ def cogging(
         Time over which the torque transducer averages at most, as in 20ms.
     torque_filter
         Time constant of the filter in the torque signal, as in 20ms.
-    record
-        What every capture's command takes.
 
     """
     from bench.analysis import analyze_cogging

@@ -169,12 +169,6 @@ def six_step_loads(
         Factor for that channel, NAME=FACTOR, as in CH2=10A/V.
     full_scale
         Range that it was set to (the whole screen), NAME=RANGE.
-    winding
-        What is known of the winding and the switches.
-    emf
-        What is known of the EMF.
-    record
-        What every capture's command takes.
 
     """
     from bench.analysis import analyze_six_step_loads

@@ -10,6 +10,7 @@ from typing import IO, Annotated, Literal
 from cyclopts import Parameter
 
 from bench.cli.eol.narrowing_options import ALL_RECORDS, NarrowingOptions, tell_joined
+from bench.cli.options import Json, RecordsAddress
 from bench.cli.output import print_json
 from bench.eol.record import MotorRecord
 from bench.i18n.errors import InputError, UsageError, at
@@ -23,9 +24,9 @@ def export(
     *batches: str,
     format_: Annotated[Format, Parameter(name="--format")],
     out: Annotated[Path | None, Parameter(name=("--out", "--output"))] = None,
-    records: str = "records.sqlite",
+    records: RecordsAddress = "records.sqlite",
     only: NarrowingOptions = ALL_RECORDS,
-    json: bool = False,
+    json: Json = False,
 ) -> int:
     """Write the records of batches, of all where none is named; a file is there whole, or not at all.
 
@@ -37,12 +38,6 @@ def export(
         csv (one row a figure), parquet (the same, with types), junit (one test case a parameter), jsonl (one record a line).
     out
         File to write. An existing file is replaced. Without it, the records go to standard output.
-    records
-        The records: a SQLite file, or postgresql://USER@HOST/NAME.
-    only
-        Which of the batches of one name are meant.
-    json
-        Print one JSON object and nothing else.
 
     """
     from bench.eol.narrowing import records_of

@@ -9,6 +9,7 @@ from typing import Any
 from tomli_w import dumps
 
 from bench.cli.new_file import refuse_existing
+from bench.cli.options import Language
 from bench.cli.station.check import check
 from bench.cli.station.scan import print_report, request_of, scanned, write_draft
 from bench.discovery.station_draft import Candidate, candidates
@@ -77,7 +78,7 @@ def new(
     named_only: bool = False,
     within: float = 60.0,
     visa_library: str = "@py",
-    language: str = "auto",
+    language: Language = "auto",
 ) -> int:
     """Look for the instruments, ask for the rest (roles, limits, ratings, watchdogs, fixture), write the station file, and check it.
 
@@ -105,8 +106,6 @@ def new(
         Longest time for the scan, s, 1 to 3600.
     visa_library
         The VISA library, written as in a station file.
-    language
-        en, zh, or auto by the locale.
 
     """
     translate = translator(language_of(language))
