@@ -41,13 +41,12 @@ def export(
 
     """
     from bench.eol.narrowing import records_of
-    from bench.eol.store.database import open_for_reading
+    from bench.eol.store.database import open_for_reading, using
     from bench.eol.store.records import Records
 
     if out is None and (json or format_ == "parquet"):
         raise UsageError(text("--json and --format parquet go with --out FILE"))
-    engine = open_for_reading(records)
-    try:
+    with using(open_for_reading(records)) as engine:
         there = Records(engine).batches()
         for name in batches:
             if name not in there:
@@ -65,8 +64,6 @@ def export(
             sys.stdout.flush()
             return 0
         count = _whole(out, _writer(format_), found)
-    finally:
-        engine.dispose()
     if json:
         print_json({"file": str(out), "format": format_, "motors": count})
     else:

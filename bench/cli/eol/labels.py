@@ -24,14 +24,11 @@ def labels(
     """
     from bench.eol.narrowing import records_of
     from bench.eol.record import label_of
-    from bench.eol.store.database import open_for_reading
+    from bench.eol.store.database import open_for_reading, using
 
-    engine = open_for_reading(records)
-    try:
+    with using(open_for_reading(records)) as engine:
         found, joined = records_of(engine, [batch], only.read())
         lines = [label_of(record) + "\n" for record in found]
-    finally:
-        engine.dispose()
     if not lines:
         raise UsageError(
             text(

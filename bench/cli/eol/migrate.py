@@ -13,7 +13,7 @@ def migrate(*, records: RecordsAddress = "records.sqlite", language: Language = 
 
     Serial numbers get the one spelling that is kept now.
     """
-    from bench.eol.store.database import migrate_database, open_database
+    from bench.eol.store.database import migrate_database, open_database, using
     from bench.eol.store.respelling import respell
     from bench.eol.store.summing import sum_up
 
@@ -21,12 +21,9 @@ def migrate(*, records: RecordsAddress = "records.sqlite", language: Language = 
     before, after = migrate_database(
         records, lambda words: print(f"motorbench: {words.render(translate)}", file=sys.stderr, flush=True)
     )
-    engine = open_database(records, existing=True)
-    try:
+    with using(open_database(records, existing=True)) as engine:
         respelled = respell(engine)
         tallied = sum_up(engine)
-    finally:
-        engine.dispose()
     if json:
         print_json({"before": before, "after": after, "stretches_summed_up": tallied, "respelled": respelled})
         return

@@ -73,7 +73,7 @@ def motors(
         raise UsageError(text("--most {most}: 1 to 100000 is allowed", most=most))
     from bench.eol.line_statistics import StatisticsRequest, known_names
     from bench.eol.narrowing import joined_names
-    from bench.eol.store.database import open_for_reading
+    from bench.eol.store.database import open_for_reading, using
     from bench.eol.store.insertion import settled
     from bench.eol.store.motors import (
         check_measured,
@@ -84,24 +84,20 @@ def motors(
     from bench.eol.store.selection import golden_motors
 
     translate = translator(language_of(language))
-    engine = open_for_reading(records)
-    try:
-        with settled(engine) as connection:
-            if serial:
-                found = motors_by_serial_number(connection, serial, most)
+    with using(open_for_reading(records)) as engine, settled(engine) as connection:
+        if serial:
+            found = motors_by_serial_number(connection, serial, most)
+        else:
+            wanted = StatisticsRequest(batches, model, narrowing=only.read())
+            selection = wanted.choose(connection, golden_motors(connection))
+            tell_joined(joined_names(connection, batches, selection.narrowed), translate)
+            if parameter:
+                (name,) = known_names(connection, (parameter,))
+                found = motors_by_figure(connection, selection, name, low, high, most)
             else:
-                wanted = StatisticsRequest(batches, model, narrowing=only.read())
-                selection = wanted.choose(connection, golden_motors(connection))
-                tell_joined(joined_names(connection, batches, selection.narrowed), translate)
-                if parameter:
-                    (name,) = known_names(connection, (parameter,))
-                    found = motors_by_figure(connection, selection, name, low, high, most)
-                else:
-                    found = motors_not_passed(connection, selection, failed or "", most)
-                    if failed and not found:
-                        check_measured(connection, failed)
-    finally:
-        engine.dispose()
+                found = motors_not_passed(connection, selection, failed or "", most)
+                if failed and not found:
+                    check_measured(connection, failed)
     if not found:
         print(f"motorbench: {(_NONE if asked else _ALL_PASSED).render(translate)}", file=sys.stderr)
     if json:

@@ -41,7 +41,7 @@ def retain(
 
     """
     from bench.eol.archive.retention import LOG, due, load_rule, longest_pause, remove
-    from bench.eol.store.database import open_for_reading
+    from bench.eol.store.database import open_for_reading, using
     from bench.eol.store.records import Records
 
     read, now = load_rule(rule), datetime.now(UTC)
@@ -49,8 +49,7 @@ def retain(
     if not runs.is_dir():
         raise FileError(text("{runs}: there is no such folder of runs", runs=runs))
     counts, size, held_back = {"runs": 0, "waveforms": 0}, 0, set[Path]()
-    engine = open_for_reading(records)
-    try:
+    with using(open_for_reading(records)) as engine:
         counted = longest_pause(Records(engine), now)
         for removal in due(Records(engine), read, runs, now, clock_is_right=clock_is_right):
             if removal.held_back:
@@ -60,8 +59,6 @@ def retain(
                 remove(removal, runs / LOG, person)
             counts[removal.what] += 1
             size += removal.size
-    finally:
-        engine.dispose()
     if read.removes_nothing:
         words = text(
             "{rule}: this rule removes nothing, because it names no days. Write for example [runs] and below it passed = 730; allowed are "

@@ -93,16 +93,13 @@ def stats(
     from bench.cli.eol.stats_json import statistics_as_dict
     from bench.cli.eol.stats_output import print_statistics
     from bench.eol.line_statistics import line_statistics, parameter_labels
-    from bench.eol.store.database import open_for_reading
+    from bench.eol.store.database import open_for_reading, using
     from bench.eol.store.selection import check_tested
 
-    engine = open_for_reading(records)
-    try:
+    with using(open_for_reading(records)) as engine:
         found, labels = line_statistics(engine, wanted), parameter_labels(engine)
         with engine.connect() as connection:
             check_tested(connection, golden)
-    finally:
-        engine.dispose()
     tell_joined(found.joined, translate)
     if json:
         print_json(statistics_as_dict(found))
