@@ -202,8 +202,7 @@ class VirtualBench:
 
     def _line(self, name: str) -> Line:
         key = self._key(name)
-        line: Line = self._node(key) if self.transport(key) in CAN_TRANSPORTS else self.instrument(key)
-        return line
+        return self._node(key) if self.transport(key) in CAN_TRANSPORTS else self.instrument(key)
 
     # transports
 

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from bench.analysis.efficiency_doubts import doubts
-from bench.analysis.map_table import SPEED, TORQUE, KnownColumn, read_table
+from bench.analysis.map_table import SPEED, TORQUE, read_table
+from bench.analysis.table_headings import KnownColumn
 from bench.analysis.table_outcome import told
 from bench.i18n.errors import InputError, at
 from drivers.interfaces import Accuracy

@@ -7,7 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from bench.analysis.map_table import TORQUE, KnownColumn, read_table
+from bench.analysis.map_table import TORQUE, read_table
+from bench.analysis.table_headings import KnownColumn
 from bench.analysis.table_outcome import digits_of
 from bench.i18n.errors import InputError, UsageError, at
 from drivers.interfaces.text import Text, text

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.analysis.map_table import SPEED, TORQUE, KnownColumn, read_table
+from bench.analysis.map_table import SPEED, TORQUE, read_table
+from bench.analysis.table_headings import KnownColumn
 from bench.analysis.table_outcome import digits_of, give, told, withheld_rows
 from bench.captures.written_digits import FloatArray
 from bench.i18n.errors import InputError, at

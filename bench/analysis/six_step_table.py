@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.analysis.map_table import SPEED, TORQUE, KnownColumn, read_table
+from bench.analysis.map_table import SPEED, TORQUE, read_table
+from bench.analysis.table_headings import KnownColumn
 from bench.captures.written_digits import FloatArray
 from bench.i18n.errors import InputError, UsageError, at
 from drivers.interfaces.text import Text, text

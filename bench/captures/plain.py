@@ -11,16 +11,14 @@ from bench.captures.capture import Capture, CaptureChannel, CaptureError
 from bench.captures.cell_units import has_units, without_units
 from bench.captures.decimal_marks import doubtful_number
 from bench.captures.marks import OVER_RANGE, at_the_ends, over_range_marked, seconds_by_the_clock
-from bench.captures.no_heading import names_without_heading, refuse_another_time, without_comments
+from bench.captures.no_heading import names_without_heading, without_comments
+from bench.captures.plain_time import take_time
 from bench.captures.signs import without_blanks
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.text_columns import without_text_columns
 from bench.captures.units import si, split_heading
 from bench.captures.written_digits import FloatArray
 from drivers.interfaces.text import Text, text
-
-_TIME = {"t", "time", "timestamp", "zeit", "x-axis", "seconds", "second"}
-
 
 #: What may be a blank between thousands.
 _GROUPED = re.compile(r"\d \d{3}")
@@ -169,42 +167,10 @@ def _read_table(path: Path, lines: list[str], abscissa: str, time_column: str | 
         values = (table[:, k] if column is None else column) * (known[1] if known else 1.0)
         clipped = None if column is None else True
         columns.append(CaptureChannel.written(name, known[0] if known else unit, values, clipped))
-    if time_column is not None:
-        columns.insert(0, columns.pop(_place(path, columns, time_column)))
-        if columns[0].unit not in ("", "s"):
-            raise CaptureError(
-                str(path),
-                text(
-                    "--time-column {name}: it is in {unit}; allowed is a column in s, ms, µs or min, or without a unit",
-                    name=time_column,
-                    unit=columns[0].unit,
-                ),
-            )
-    else:
-        _time_to_the_front(columns, assumptions)
-    unit_open = False
-    is_time = time_column is not None or columns[0].unit == "s" or columns[0].name.lower() in _TIME
+    is_time, unit_open = take_time(
+        path, columns, assumptions, first, time_column, time_unit, no_heading=no_heading, said=headings[0][1]
+    )
     if is_time:
-        if columns[0].unit not in ("", "s"):
-            raise CaptureError(
-                str(path),
-                text(
-                    "the time column '{name}' is in '{unit}', which is not a known unit of time; allowed are s, "
-                    "ms, µs, ns and min",
-                    name=columns[0].name,
-                    unit=headings[0][1] or columns[0].unit,
-                ),
-                first,
-            )
-        unit_open = not columns[0].unit or no_heading
-        if time_unit is not None:
-            columns[0] = _in_unit(path, columns[0], time_unit, unit_open=unit_open)
-            assumptions.append(text("time is in {unit}, as --time-unit says", unit=time_unit))
-            unit_open = False
-        elif not columns[0].unit:
-            assumptions.append(text("time taken to be in s"))
-        if no_heading and time_column is None:
-            refuse_another_time(path, columns, first)
         check_increasing(path, columns[0].values, first)
     return Capture(
         tuple(columns[1:] if is_time else columns),
@@ -232,30 +198,6 @@ def _refuse_over_range(path: Path, table: FloatArray, first: int) -> None:
             ),
             first + 1 + int(np.argmax(over[:, lost[0]])),
         )
-
-
-def _time_to_the_front(columns: list[CaptureChannel], assumptions: list[Text]) -> None:
-    """Put the one column that is a time to the front, where the first is none."""
-    named = [k for k, each in enumerate(columns) if each.unit == "s" or (each.name.lower() in _TIME and not each.unit)]
-    if len(named) == 1 and named[0] and columns[0].unit != "rad" and np.all(np.diff(columns[named[0]].values) > 0.0):
-        columns.insert(0, columns.pop(named[0]))
-        assumptions.append(text("time is column '{name}'", name=columns[0].name))
-
-
-def _in_unit(path: Path, time: CaptureChannel, unit: str, *, unit_open: bool) -> CaptureChannel:
-    """Return the column of time in s, from the unit that was typed. Raises CaptureError where the file says one."""
-    known = si(unit)
-    if not unit_open or known is None:
-        raise CaptureError(
-            str(path),
-            text(
-                "--time-unit {unit}: column '{name}' states its unit itself; if that unit is wrong, correct the "
-                "heading",
-                unit=unit,
-                name=time.name,
-            ),
-        )
-    return replace(time, unit="s", values=time.values * known[1])
 
 
 def _refuse_doubtful(path: Path, lines: list[str], first: int, delimiter: str | None) -> None:
@@ -286,25 +228,6 @@ def _refuse_decimal_commas(path: Path, lines: list[str], first: int) -> None:
             ),
             first + 1,
         )
-
-
-def _place(path: Path, columns: list[CaptureChannel], wanted: str) -> int:
-    """Return the index of a column by its name, or by its number from 1. Raises CaptureError for one that is not there."""
-    names = [column.name.lower() for column in columns]
-    for name in (wanted.lower(), split_heading(wanted)[0].lower()):
-        if name in names:
-            return names.index(name)
-    if wanted.isdecimal() and 1 <= int(wanted) <= len(columns):
-        return int(wanted) - 1
-    raise CaptureError(
-        str(path),
-        text(
-            "--time-column {name}: no such column; allowed are {names}, or a number from 1 to {count}",
-            name=wanted,
-            names=[column.name for column in columns],
-            count=len(columns),
-        ),
-    )
 
 
 def _headings(

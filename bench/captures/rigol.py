@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.captures.capture import Capture, CaptureChannel, CaptureError
-from bench.captures.text import number, read_numbers
+from bench.captures.text import cells_of, number, read_numbers
 from bench.captures.units import si
 from drivers.interfaces.text import text
 
@@ -25,7 +25,7 @@ _CHANNEL = re.compile(r"(CH\d+|MATH\d*|D\d+(?:-D\d+)?)\s*\(?([a-zA-Z]*)\)?", re.
 
 def is_rigol(lines: list[str]) -> bool:
     """Tell whether the heading states start and increment of the time, and the rows hold no time."""
-    first, second = _cells(lines[0]), _cells(lines[1]) if len(lines) > 1 else []
+    first, second = cells_of(lines[0]), cells_of(lines[1]) if len(lines) > 1 else []
     if first[0].upper() == "X" and second[:1] == ["Sequence"]:
         return True
     return _CHANNEL.fullmatch(first[0]) is not None and _STEP.search(lines[0]) is not None
@@ -33,7 +33,7 @@ def is_rigol(lines: list[str]) -> bool:
 
 def read_rigol(path: Path, lines: list[str]) -> Capture:
     """Return the capture, its time made of start and increment. Raises CaptureError where the heading does not state them."""
-    numbered = _cells(lines[0])[0].upper() == "X"
+    numbered = cells_of(lines[0])[0].upper() == "X"
     heading = 2 if numbered else 1
     headings = _numbered(lines) if numbered else _unnumbered(lines)
     start, step, channels = headings
@@ -82,7 +82,7 @@ _Heading = tuple[float | None, float | None, list[tuple[str, str]]]
 
 def _numbered(lines: list[str]) -> _Heading:
     """Return start, increment, and the channels with their units, of a heading in two rows."""
-    names, below = _cells(lines[0]), _cells(lines[1])
+    names, below = cells_of(lines[0]), cells_of(lines[1])
     said = {name.lower(): cell for name, cell in zip(names, below, strict=False)}
     channels = [
         (name, unit)
@@ -95,13 +95,6 @@ def _numbered(lines: list[str]) -> _Heading:
 def _unnumbered(lines: list[str]) -> _Heading:
     """Return start, increment, and the channels with their units, of a heading in one row."""
     start, step = _START.search(lines[0]), _STEP.search(lines[0])
-    said = [_CHANNEL.fullmatch(cell) for cell in _cells(lines[0])]
+    said = [_CHANNEL.fullmatch(cell) for cell in cells_of(lines[0])]
     channels = [(match[1], match[2]) for match in said if match]
     return float(start[1]) if start else None, float(step[1]) if step else None, channels
-
-
-def _cells(line: str) -> list[str]:
-    cells = [cell.strip() for cell in line.split(",")]
-    while len(cells) > 1 and not cells[-1]:
-        cells.pop()
-    return cells

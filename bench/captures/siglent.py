@@ -8,7 +8,7 @@ maker's manuals do not print the layout.
 from pathlib import Path
 
 from bench.captures.capture import Capture, CaptureChannel, CaptureError
-from bench.captures.text import check_increasing, number, read_numbers
+from bench.captures.text import cells_of, check_increasing, number, read_numbers
 from bench.captures.units import si
 from drivers.interfaces.text import text
 
@@ -18,15 +18,15 @@ _HEADING = 40
 
 def is_siglent(lines: list[str]) -> bool:
     """Tell whether a heading ends in the maker's row of units, which names the time's first."""
-    first = _cells(lines[0])[0]
+    first = cells_of(lines[0])[0]
     return (first.endswith("Record Length") or first == "Source") and _units_row(lines) is not None
 
 
 def read_siglent(path: Path, lines: list[str]) -> Capture:
     """Return the capture; the record length stated is not always the file's. Raises CaptureError."""
     row = _units_row(lines) or 0
-    units = _cells(lines[row])[1:]
-    settings = {cells[0]: cells[1:] for cells in map(_cells, lines[:row])}
+    units = cells_of(lines[row])[1:]
+    settings = {cells[0]: cells[1:] for cells in map(cells_of, lines[:row])}
     settings["Record Length"] = next((said for name, said in settings.items() if name.endswith("Record Length")), [""])
     names = _names(settings, len(units))
     body = [line.rstrip().rstrip(",") for line in lines]
@@ -67,17 +67,10 @@ def read_siglent(path: Path, lines: list[str]) -> Capture:
     )
 
 
-def _cells(line: str) -> list[str]:
-    cells = [cell.strip() for cell in line.split(",")]
-    while len(cells) > 1 and not cells[-1]:
-        cells.pop()
-    return cells
-
-
 def _units_row(lines: list[str]) -> int | None:
     """Return the index of the row that names the columns' units."""
     for at, line in enumerate(lines[:_HEADING]):
-        cells = _cells(line)
+        cells = cells_of(line)
         if cells[0] == "Second" and len(cells) > 1:
             return at
     return None

@@ -85,6 +85,14 @@ def number(cell: str) -> float | None:
         return None
 
 
+def cells_of(line: str) -> list[str]:
+    """Return a line's cells that commas part, without blanks and without empty ones at its end."""
+    cells = [cell.strip() for cell in line.split(",")]
+    while len(cells) > 1 and not cells[-1]:
+        cells.pop()
+    return cells
+
+
 def read_numbers(
     path: Path,
     lines: list[str],

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from bench.cli.options import Seed
+from bench.cli.options import Language, Seed
 from bench.cli.output import print_end, print_json, print_page, print_summary, say_missing
 from bench.cli.run import given_faults_of
 from bench.i18n.language import language_of, translator
@@ -20,7 +20,7 @@ def demo(
     motor: str = "lg-400w",
     seed: Seed = 0,
     json: bool = False,
-    language: str = "auto",
+    language: Language = "auto",
     runs: Path = Path("runs"),
     faults: Path | None = None,
     fault: tuple[str, ...] = (),
@@ -36,8 +36,6 @@ def demo(
         Seed of the noise and of the virtual operator. The same seed gives the same figures to the last digit.
     json
         Print one JSON object and nothing else; no page is written.
-    language
-        en, zh, or auto by the locale.
     runs
         Folder in which the run's folder is created.
     faults

@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from bench.cli.options import Json, Language
 from bench.cli.output import print_json
 from bench.i18n.errors import InputError
 from bench.i18n.language import language_of, translator
@@ -41,7 +42,7 @@ _STATES = {
 
 
 def doctor(
-    station: Path | None = None, /, *, json: bool = False, language: str = "auto", runs: Path = Path("runs")
+    station: Path | None = None, /, *, json: Json = False, language: Language = "auto", runs: Path = Path("runs")
 ) -> int:
     """Report versions of libraries, the VISA backends found, USB, serial and CAN devices, permissions, and where a guardian would live.
 
@@ -50,10 +51,6 @@ def doctor(
     station
         A station file. Checks whether this computer can reach each of its addresses. Nothing is opened; `station check` opens
         the instruments.
-    json
-        Print one JSON object and nothing else.
-    language
-        en, zh, or auto by the locale.
     runs
         Folder of the runs, which must be writable.
 

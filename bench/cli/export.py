@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from cyclopts import Parameter
 
 from bench.cli.new_file import write_new
+from bench.cli.options import Runs
 from bench.cli.output import broken_of, print_catalogue, print_json, say_broken
 from bench.i18n.errors import InputError, UsageError, at
 from bench.i18n.language import language_of, translator
@@ -40,7 +41,7 @@ def export(
     as_detected: bool = False,
     json: bool = False,
     language: str = "auto",
-    runs: Path = Path("runs"),
+    runs: Runs = Path("runs"),
 ) -> int:
     """Write a run's parameters in a controller's names, units and conventions.
 
@@ -79,8 +80,6 @@ def export(
         Print one JSON object and nothing else: the fields with unit, uncertainty and convention, and the content where no file is written.
     language
         Language of reasons and warnings: en, zh, or auto (by the locale). The exported file itself is in English.
-    runs
-        Folder of the runs.
 
     """
     from bench.journal.finished_run import read_run

@@ -3,7 +3,7 @@
 import gc
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from cyclopts import App, CycloptsError, Parameter
 
@@ -20,6 +20,77 @@ To begin, without any instrument: motorbench demo, then motorbench report latest
 One step after the other: motorbench run all --station virtual --motor lg-400w
 What stands on your bench: motorbench station scan, then motorbench station new
 """
+
+
+#: Where the commands' functions are, and what they do.
+_COMMANDS = {
+    "demo:demo": "Every procedure on the virtual bench, then the summary.",
+    "run:run": "Run procedures on a station, or on the virtual bench.",
+    "procedures:procedures": "List the procedures with their steps and settings.",
+    "parameters:parameters": "List the parameters with units and conventions.",
+    "report:report": "Write a run's report as a page and a PDF.",
+    "sign:sign": "Sign a run: measured, checked or approved.",
+    "export:export": "Write a run's parameters as a motor controller's file.",
+    "study:study": "How well a station will measure a type: random motors on its virtual twin.",
+    "serve:serve": "The operator's panel in a browser.",
+    "doctor:doctor": "Check the installation: libraries, VISA backends, permissions.",
+}
+_ANALYZE = {
+    "analyze.captures:back_emf": "Fundamental and harmonics of captured back-EMF voltages.",
+    "analyze.captures:step_response": "Resistance and inductance from a current step.",
+    "analyze.shaft:coast_down": "Friction from a coast-down (time, speed).",
+    "analyze.shaft:cogging": "Cogging torque of a slowly turned shaft.",
+    "analyze.captures:four_wire": "Stator resistance from four-wire voltage and current.",
+    "analyze.captures:rotor_sweep": "Ld and Lq from inductance over the rotor's angle.",
+    "analyze.six_step:six_step": "A measured six-step drive at another load and voltage.",
+    "analyze.six_step_loads:six_step_loads": "Equivalent resistance of a six-step drive's load points.",
+    "analyze.table:table": "Compare published figures with those of a run or a motor.",
+    "analyze.maps:flux_map": "Inductances, MTPA and torque of a table of flux linkages.",
+    "analyze.maps:short_circuit": "Inductances, resistance and torque of shorted terminals.",
+    "analyze.maps:efficiency": "Efficiency and losses of a table of load points.",
+}
+_SIM = {
+    "sim.six_step:six_step": "Steady state of a six-step BLDC drive.",
+    "sim.serve:serve": "The virtual bench on real sockets.",
+}
+_STATION = {
+    "station.check:check": "Open, identify and close its instruments.",
+    "station.drivers:drivers": "List the drivers and where each comes from.",
+    "station.scan:scan": "Find the instruments; nothing is changed.",
+    "station.new:new": "Find the instruments, ask for the rest, and write a station file.",
+    "station.traffic:record": "Record the instruments' messages byte by byte, to send to a developer.",
+    "station.traffic:replay": "Replay a recording through the drivers, or serve it.",
+    "station.framing:set_framing": "Set rate, format and unit of an instrument on its serial line.",
+    "station.reset:reset": "Allow runs again after an interlock was open.",
+}
+_EOL = {
+    "eol.run:run": "Measure a batch of motors by a plan.",
+    "eol.check:check": "Try a plan on virtual benches: time, limits, instruments.",
+    "eol.schema:schema": "The plan file's JSON schema, for editors.",
+    "eol.export:export": "Records as CSV, Parquet, JUnit XML or JSON lines.",
+    "eol.motor:motor": "One motor's tests, the part at fault, and the changes between tests.",
+    "eol.labels:labels": "The label line of each motor of a batch.",
+    "eol.archive:archive": "A batch's records, plan and runs in one file.",
+    "eol.archive:restore": "Put an archived batch back.",
+    "eol.retain:retain": "Remove old waveforms and runs by a rule, with a log.",
+    "eol.forward:forward": "Forward the records that wait for their server.",
+    "eol.close:close": "List and close batches that were broken off.",
+    "eol.pack:pack": "Compress the runs of batches that were measured before.",
+    "eol.motors:motors": "List the motors of a figure or a failure, or those that did not pass.",
+    "eol.plan:plan": "Write a plan from a measured motor.",
+    "eol.migrate:migrate": "Bring the tables of records up to this version.",
+    "eol.stats:stats": "Yield, failures, capability, charts, gauge studies.",
+}
+_GROUPS = {
+    "analyze": ("Evaluate a stored capture; no instrument needed.", _ANALYZE),
+    "sim": ("Simulations that stand alone.", _SIM),
+    "station": ("Look after a station.", _STATION),
+    "eol": ("End of line: batches of motors, their records and statistics.", _EOL),
+    "user": (
+        "People who may open the panel from a network.",
+        {"user:add": "Add a person, or change role and password."},
+    ),
+}
 
 
 def make_app() -> App:
@@ -39,110 +110,17 @@ def make_app() -> App:
     app.command(
         "bench.cli.results:command", name="results", help="Show a run, list runs, or verify that a run is unchanged."
     )
-    lists = Parameter(negative=(), consume_multiple=True)
-    commands = (
-        ("demo", "Every procedure on the virtual bench, then the summary."),
-        ("run", "Run procedures on a station, or on the virtual bench."),
-        ("procedures", "List the procedures with their steps and settings."),
-        ("parameters", "List the parameters with units and conventions."),
-        ("report", "Write a run's report as a page and a PDF."),
-        ("sign", "Sign a run: measured, checked or approved."),
-        ("export", "Write a run's parameters as a motor controller's file."),
-        ("study", "How well a station will measure a type: random motors on its virtual twin."),
-        ("serve", "The operator's panel in a browser."),
-        ("doctor", "Check the installation: libraries, VISA backends, permissions."),
-    )
-    for name, words in commands:
-        app.command(f"bench.cli.{name}:{name}", name=name, help=words)
-    analyze = App(name="analyze", help="Evaluate a stored capture; no instrument needed.", default_parameter=lists)
-    for name, words in (
-        ("back-emf", "Fundamental and harmonics of captured back-EMF voltages."),
-        ("step-response", "Resistance and inductance from a current step."),
-        ("coast-down", "Friction from a coast-down (time, speed)."),
-        ("cogging", "Cogging torque of a slowly turned shaft."),
-        ("four-wire", "Stator resistance from four-wire voltage and current."),
-        ("rotor-sweep", "Ld and Lq from inductance over the rotor's angle."),
-    ):
-        analyze.command(f"bench.cli.analyze.captures:{name.replace('-', '_')}", name=name, help=words)
-    analyze.command(
-        "bench.cli.analyze.six_step:six_step",
-        name="six-step",
-        help="A measured six-step drive at another load and voltage.",
-    )
-    analyze.command(
-        "bench.cli.analyze.six_step_loads:six_step_loads",
-        name="six-step-loads",
-        help="Equivalent resistance of a six-step drive's load points.",
-    )
-    analyze.command(
-        "bench.cli.analyze.table:table", name="table", help="Compare published figures with those of a run or a motor."
-    )
-    for name, words in (
-        ("flux-map", "Inductances, MTPA and torque of a table of flux linkages."),
-        ("short-circuit", "Inductances, resistance and torque of shorted terminals."),
-        ("efficiency", "Efficiency and losses of a table of load points."),
-    ):
-        analyze.command(f"bench.cli.analyze.maps:{name.replace('-', '_')}", name=name, help=words)
-    app.command(analyze)
-    sim = App(name="sim", help="Simulations that stand alone.", default_parameter=lists)
-    sim.command("bench.cli.sim.six_step:six_step", name="six-step", help="Steady state of a six-step BLDC drive.")
-    sim.command("bench.cli.sim.serve:serve", name="serve", help="The virtual bench on real sockets.")
-    app.command(sim)
-    station = App(name="station", help="Look after a station.", default_parameter=lists)
-    station.command("bench.cli.station.check:check", name="check", help="Open, identify and close its instruments.")
-    station.command(
-        "bench.cli.station.drivers:drivers", name="drivers", help="List the drivers and where each comes from."
-    )
-    station.command("bench.cli.station.scan:scan", name="scan", help="Find the instruments; nothing is changed.")
-    station.command(
-        "bench.cli.station.new:new",
-        name="new",
-        help="Find the instruments, ask for the rest, and write a station file.",
-    )
-    station.command(
-        "bench.cli.station.traffic:record",
-        name="record",
-        help="Record the instruments' messages byte by byte, to send to a developer.",
-    )
-    station.command(
-        "bench.cli.station.traffic:replay", name="replay", help="Replay a recording through the drivers, or serve it."
-    )
-    station.command(
-        "bench.cli.station.framing:set_framing",
-        name="set-framing",
-        help="Set rate, format and unit of an instrument on its serial line.",
-    )
-    station.command("bench.cli.station.reset:reset", name="reset", help="Allow runs again after an interlock was open.")
-    app.command(station)
-    eol = App(name="eol", help="End of line: batches of motors, their records and statistics.", default_parameter=lists)
-    for where, name, words in (
-        ("run:run", "run", "Measure a batch of motors by a plan."),
-        ("check:check", "check", "Try a plan on virtual benches: time, limits, instruments."),
-        ("schema:schema", "schema", "The plan file's JSON schema, for editors."),
-        ("export:export", "export", "Records as CSV, Parquet, JUnit XML or JSON lines."),
-        ("motor:motor", "motor", "One motor's tests, the part at fault, and the changes between tests."),
-        ("labels:labels", "labels", "The label line of each motor of a batch."),
-        ("archive:archive", "archive", "A batch's records, plan and runs in one file."),
-        ("archive:restore", "restore", "Put an archived batch back."),
-        ("retain:retain", "retain", "Remove old waveforms and runs by a rule, with a log."),
-        ("forward:forward", "forward", "Forward the records that wait for their server."),
-        ("close:close", "close", "List and close batches that were broken off."),
-        ("pack:pack", "pack", "Compress the runs of batches that were measured before."),
-        (
-            "motors:motors",
-            "motors",
-            "List the motors of a figure or a failure, or those that did not pass.",
-        ),
-        ("plan:plan", "plan", "Write a plan from a measured motor."),
-        ("migrate:migrate", "migrate", "Bring the tables of records up to this version."),
-        ("stats:stats", "stats", "Yield, failures, capability, charts, gauge studies."),
-    ):
-        eol.command(f"bench.cli.eol.{where}", name=name, help=words)
-    app.command(eol)
-    user = App(name="user", help="People who may open the panel from a network.", default_parameter=lists)
-    user.command("bench.cli.user:add", name="add", help="Add a person, or change role and password.")
-    app.command(user)
+    _add(app, _COMMANDS)
+    for group, (words, commands) in _GROUPS.items():
+        under = App(name=group, help=words, default_parameter=Parameter(negative=(), consume_multiple=True))
+        _add(under, commands)
+        app.command(under)
     return app
+
+
+def _add(app: App, commands: Mapping[str, str]) -> None:
+    for place, words in commands.items():
+        app.command(f"bench.cli.{place}", name=place.rpartition(":")[2].replace("_", "-"), help=words)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -3,6 +3,7 @@
 import sys
 from typing import Any
 
+from bench.cli.options import Json, Language
 from bench.cli.output import broken_of, print_json, say_broken
 from bench.i18n.language import language_of, translator
 from bench.run.console import console_on
@@ -13,19 +14,17 @@ from procedures.known_parameters import givers, known_parameters
 from reports.tables.parameter_reference import page, values
 
 
-def parameters(*, station: str = "virtual", json: bool = False, markdown: bool = False, language: str = "auto") -> None:
+def parameters(
+    *, station: str = "virtual", json: Json = False, markdown: bool = False, language: Language = "auto"
+) -> None:
     """List the parameters with symbol, unit, convention and the procedures that give them.
 
     Parameters
     ----------
     station
         A station file. The parameters of its plug-ins are listed too.
-    json
-        Print one JSON object and nothing else.
     markdown
         Print the page `docs/reference/parameters.md`.
-    language
-        en, zh, or auto by the locale.
 
     """
     translate = translator(language_of(language))

@@ -3,6 +3,7 @@
 import sys
 from typing import Any
 
+from bench.cli.options import Json, Language
 from bench.cli.output import broken_of, print_json, say_broken
 from bench.i18n.errors import UsageError, at
 from bench.i18n.language import language_of, translator
@@ -15,7 +16,7 @@ from procedures.core.steps import Step
 
 
 def procedures(
-    *names: str, station: str = "virtual", json: bool = False, markdown: bool = False, language: str = "auto"
+    *names: str, station: str = "virtual", json: Json = False, markdown: bool = False, language: Language = "auto"
 ) -> None:
     """List the procedures, all or those named, with their place in the note, instruments, steps and settings.
 
@@ -25,12 +26,8 @@ def procedures(
         Names of procedures; the list without a name shows them.
     station
         A station file. Its plug-ins are listed too.
-    json
-        Print one JSON object and nothing else.
     markdown
         Print the tables of `docs/reference/procedures.md`: step of the document, step of the code.
-    language
-        en, zh, or auto by the locale.
 
     """
     translate = translator(language_of(language))

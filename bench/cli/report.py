@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+from bench.cli.options import Runs
 from bench.cli.output import print_json
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text
@@ -18,7 +19,7 @@ def report(
     format: str = "both",  # noqa: A002  the option's name
     output: Path | None = None,
     json: bool = False,
-    runs: Path = Path("runs"),
+    runs: Runs = Path("runs"),
 ) -> int:
     """Write a run's report: identity, parameters with uncertainty, every procedure with its steps, readings, plots and budgets.
 
@@ -34,8 +35,6 @@ def report(
         Folder to write to. Default: the run's folder.
     json
         Print one JSON object and nothing else: the files.
-    runs
-        Folder of the runs.
 
     """
     if format not in FORMATS:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
+from bench.cli.options import Json, Language, Runs
 from bench.cli.output import padded, print_end, print_json, print_summary
 from bench.files.toml_file import nearest
 from bench.i18n.errors import FileError, UsageError
@@ -32,8 +33,8 @@ def results(
     *,
     budget: Annotated[tuple[str, ...] | None, Parameter(consume_multiple=True)] = None,
     json: bool = False,
-    language: str = "auto",
-    runs: Path = _RUNS,
+    language: Language = "auto",
+    runs: Runs = _RUNS,
 ) -> int:
     """Show a run's parameters and warnings; a run that was cut off shows what it has.
 
@@ -45,10 +46,6 @@ def results(
         Print the uncertainty budgets of these parameters; without a name, of all parameters.
     json
         Print one JSON object and nothing else; the budgets are in it.
-    language
-        en, zh, or auto by the locale.
-    runs
-        Folder of the runs.
 
     """
     if not run:
@@ -73,19 +70,8 @@ def results(
     return 0
 
 
-def list_runs(*, json: bool = False, language: str = "auto", runs: Path = _RUNS) -> int:
-    """List the runs of a folder in the order they began.
-
-    Parameters
-    ----------
-    json
-        Print one JSON object and nothing else.
-    language
-        en, zh, or auto by the locale.
-    runs
-        Folder of the runs.
-
-    """
+def list_runs(*, json: Json = False, language: Language = "auto", runs: Runs = _RUNS) -> int:
+    """List the runs of a folder in the order they began."""
     translate = translator(language_of(language))
     # Before the first run the usual folder is not there yet.
     if runs != _RUNS and not runs.is_dir():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from bench.cli.options import Seed
+from bench.cli.options import Json, Language, Seed
 from bench.cli.output import print_end, print_json, print_next_steps, print_summary, say_broken, say_missing
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
@@ -34,8 +34,8 @@ def run(
     serial_number: str = "",
     answers: Path | None = None,
     set_: Annotated[tuple[str, ...], Parameter(name="--set")] = (),
-    language: str = "auto",
-    json: bool = False,
+    language: Language = "auto",
+    json: Json = False,
     resume: str | None = None,
     repeat: tuple[str, ...] = (),
     trace: bool = False,
@@ -73,10 +73,6 @@ def run(
         TOML file of readings and commands for `--operator answers`.
     set_
         A setting, `name=value` or `procedure.name=value`; may be given several times.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
     resume
         Continue this run at its first unfinished procedure. Give the run's folder, its name under `--runs`, or `latest`.
     repeat

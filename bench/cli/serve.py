@@ -6,6 +6,7 @@ import sys
 from ipaddress import ip_address
 from pathlib import Path
 
+from bench.cli.options import Runs
 from bench.files.toml_file import read
 from bench.i18n.errors import InputError, UsageError
 from bench.i18n.language import language_of, translator
@@ -27,7 +28,7 @@ def serve(
     host: str = "127.0.0.1",
     port: int = 8080,
     people: Path | None = None,
-    runs: Path = Path("runs"),
+    runs: Runs = Path("runs"),
     motors: Path = Path("motors"),
     plans: Path = Path("plans"),
     records: str = "records.sqlite",
@@ -52,8 +53,6 @@ def serve(
         The port to listen on.
     people
         File of the people who may log in, made by motorbench user add.
-    runs
-        Folder of the runs.
     motors
         Folder of the motor files to choose from.
     plans

@@ -3,6 +3,7 @@
 from datetime import UTC, datetime
 from pathlib import Path
 
+from bench.cli.options import Json, Language
 from bench.cli.output import print_json
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
@@ -15,8 +16,8 @@ def sign(
     by: str,
     meaning: str = "measured",
     remark: str = "",
-    language: str = "auto",
-    json: bool = False,
+    language: Language = "auto",
+    json: Json = False,
     runs: Path = Path("runs"),
 ) -> int:
     """Sign a run that has ended; its report shows the signature, and a later change of the run voids it.
@@ -33,10 +34,6 @@ def sign(
         Meaning of the signature: measured, checked or approved.
     remark
         Words that go with it.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
     runs
         The folder of the runs.
 

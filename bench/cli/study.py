@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from bench.cli.motor_progress import shown_progress
-from bench.cli.options import Seed
+from bench.cli.options import Json, Language, Seed
 from bench.cli.output import print_json
 from bench.distribution.workforce import Workforce
 from bench.eol.defects.findings import restated
@@ -36,8 +36,8 @@ def study(
     jobs: Annotated[int | None, Parameter(validator=Number(gte=1, lte=1024))] = None,
     cluster: str = "",
     seed: Seed = 0,
-    json: bool = False,
-    language: str = "auto",
+    json: Json = False,
+    language: Language = "auto",
 ) -> int:
     """Tell what a station will know of a type of motor: motors drawn from it, measured on the station's virtual twin.
 
@@ -65,10 +65,6 @@ def study(
         Address of a Dask scheduler whose workers do the work, or local for a cluster started here.
     seed
         Seed of the motors and benches.
-    json
-        Print one JSON object and nothing else.
-    language
-        en, zh, or auto by the locale.
 
     """
     translate = translator(language_of(language))

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from bench.cli.options import Language, Runs
 from bench.i18n.errors import InputError, at
 from bench.i18n.language import language_of, translator
 from bench.journal.packed import unpack as unpack_journal
@@ -9,17 +10,13 @@ from bench.journal.run_folder import existing_run_folder
 from drivers.interfaces.text import reason_of, text
 
 
-def unpack(run: str, *, language: str = "auto", runs: Path = Path("runs")) -> None:
+def unpack(run: str, *, language: Language = "auto", runs: Runs = Path("runs")) -> None:
     """Unpack a run's journal into lines of text, byte by byte as it was written, for readers that do not know the packing.
 
     Parameters
     ----------
     run
         The run's folder, its name under `--runs`, or `latest`.
-    language
-        en, zh, or auto by the locale.
-    runs
-        Folder of the runs.
 
     """
     folder = existing_run_folder(run, runs)

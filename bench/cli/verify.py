@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from bench.cli.options import Json, Language, Runs
 from bench.cli.output import print_json
 from bench.i18n.language import language_of, translator
 from bench.journal.run_folder import existing_run_folder
@@ -10,7 +11,9 @@ from bench.journal.verify import verify as verify_run
 from drivers.interfaces.text import text
 
 
-def verify(run: str, *, sha256: str = "", json: bool = False, language: str = "auto", runs: Path = Path("runs")) -> int:
+def verify(
+    run: str, *, sha256: str = "", json: Json = False, language: Language = "auto", runs: Runs = Path("runs")
+) -> int:
     """Show whether a run's journal, waveforms and result are as they were written; the status is 0 only where they are.
 
     Parameters
@@ -19,12 +22,6 @@ def verify(run: str, *, sha256: str = "", json: bool = False, language: str = "a
         The run's folder, its name under `--runs`, or `latest`.
     sha256
         Hash of the journal's last event, from a note kept outside the run's folder.
-    json
-        Print one JSON object and nothing else.
-    language
-        en, zh, or auto by the locale.
-    runs
-        Folder of the runs.
 
     """
     folder = existing_run_folder(run, runs)

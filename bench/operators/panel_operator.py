@@ -13,7 +13,6 @@ from bench.operators import panel_answers
 from bench.operators.entry import TypedEntry, TypedReading
 from bench.operators.operator_channel import OperatorLine
 from bench.operators.stored_plot import store_plot
-from bench.operators.terminal import named
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.read_back import Found, ReadBack
 from drivers.interfaces.text import Text, text, text_of
@@ -152,9 +151,14 @@ class DistantOperator:
         self.entry.typed(quantity, unit, minimum, maximum, tried[-1][0], value, options=options)
         return value
 
-    def confirm(self, heading: str, task: Text) -> None:
+    def choice(self, quantity: Text, options: Sequence[Option]) -> float:
+        """Ask for one of the options; return its number."""
+        numbers = [option.number for option in options]
+        return self.number(quantity, "", min(numbers), max(numbers), options=options)
+
+    def confirm(self, instrument: str, task: Text) -> None:
         """Ask for a task on an instrument that is set by hand."""
-        self._ask({"kind": "confirm", "instrument": heading, "task": store_text(task)}, panel_answers.nothing)
+        self._ask({"kind": "confirm", "instrument": instrument, "task": store_text(task)}, panel_answers.nothing)
 
     @property
     def looks(self) -> bool:
@@ -276,28 +280,3 @@ class DistantOperator:
             if alone > self._patience:
                 self._interrupts.request(text("no panel has been open for {time:.0f} s", time=alone))
                 return
-
-
-class DistantPrompt:
-    """Questions to the same person for instruments set and read by hand; `instrument` is the role."""
-
-    def __init__(self, operator: DistantOperator, instrument: str) -> None:
-        self._operator = operator
-        self._instrument = instrument
-
-    def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
-        """Return the number given, within its range."""
-        operator = self._operator
-        return operator.number(
-            operator.entry.placed(named(self._instrument, quantity, context)), unit, minimum, maximum
-        )
-
-    def choose(self, quantity: Text, options: Sequence[Option]) -> float:
-        """Return the number of the option chosen."""
-        operator, numbers = self._operator, [option.number for option in options]
-        asked = operator.entry.placed(named(self._instrument, quantity, None))
-        return operator.number(asked, "", min(numbers), max(numbers), options=options)
-
-    def confirm(self, task: Text) -> None:
-        """Return once the person says that it is done."""
-        self._operator.confirm(self._instrument, task)

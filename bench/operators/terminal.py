@@ -159,9 +159,9 @@ class TerminalOperator:
                 self.entry.repeat()
             return
 
-    def confirm(self, heading: Text, task: Text) -> None:
+    def confirm(self, instrument: str, task: Text) -> None:
         """Say what to do to an instrument and wait until it is done."""
-        message = f"{heading.render(self._translate)}: {task.render(self._translate)}"
+        message = f"{role_name(instrument).render(self._translate)}: {task.render(self._translate)}"
         self._console.print(f"\n[bold]▶ {_plain(message)}[/bold]")
         self._wait(self._line)
 
@@ -233,38 +233,6 @@ class TerminalOperator:
         self._console.print(_plain(question), end="")
         with self._interrupts.waiting():
             return self._typed_lines.next(patience)
-
-
-class TerminalPrompt:
-    """Questions to the same person for instruments that are set and read by hand; `instrument` is the role."""
-
-    def __init__(self, operator: TerminalOperator, instrument: str) -> None:
-        self._operator = operator
-        self._instrument = instrument
-
-    def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
-        """Return the number typed, within its range."""
-        operator = self._operator
-        return operator.number(
-            operator.entry.placed(named(self._instrument, quantity, context)), unit, minimum, maximum
-        )
-
-    def choose(self, quantity: Text, options: Sequence[Option]) -> float:
-        """Return the number of the option typed."""
-        operator = self._operator
-        return operator.choice(operator.entry.placed(named(self._instrument, quantity, None)), options)
-
-    def confirm(self, task: Text) -> None:
-        """Return once the person says that it is done."""
-        self._operator.confirm(role_name(self._instrument), task)
-
-
-def named(instrument: str, quantity: Text, context: Text | None) -> Text:
-    """Return what an instrument set by hand asks for, with the instrument's role."""
-    role = role_name(instrument)
-    if context is None:
-        return text("{instrument}, {quantity}", instrument=role, quantity=quantity)
-    return text("{instrument}, {quantity} {context}", instrument=role, quantity=quantity, context=context)
 
 
 def _worded(reading: TypedReading) -> Text:

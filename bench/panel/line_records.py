@@ -67,19 +67,15 @@ def motors_of_bar(reference: str, selection: "Selection", bar: Bar, most: int) -
     """Return the serial numbers of a bar's motors, each once, or why they cannot be read. Takes its time: not for an event loop."""
     from sqlalchemy.exc import SQLAlchemyError
 
-    from bench.eol.store.database import NoDatabaseError, open_for_reading
+    from bench.eol.store.database import NoDatabaseError, open_for_reading, using
     from bench.eol.store.motors import motors_by_figure, motors_not_passed
 
     try:
-        engine = open_for_reading(reference)
-        try:
-            with engine.connect() as connection:
-                if bar.failed_at:
-                    motors = motors_not_passed(connection, selection, bar.failed_at, most)
-                else:
-                    motors = motors_by_figure(connection, selection, bar.parameter, bar.low, bar.high, most)
-        finally:
-            engine.dispose()
+        with using(open_for_reading(reference)) as engine, engine.connect() as connection:
+            if bar.failed_at:
+                motors = motors_not_passed(connection, selection, bar.failed_at, most)
+            else:
+                motors = motors_by_figure(connection, selection, bar.parameter, bar.low, bar.high, most)
     except (NoDatabaseError, InputError, SQLAlchemyError, OSError) as error:
         return text("The records cannot be read: {error}", error=str(error))
     inside = [each for each in motors if bar.high is None or each.value is None or each.value < bar.high]
@@ -96,14 +92,11 @@ def read_statistics(reference: str, choice: Choice) -> StatisticsView:
     # The database's library takes a second to load, which a panel without a line need not spend.
     from sqlalchemy.exc import SQLAlchemyError
 
-    from bench.eol.store.database import NoDatabaseError, open_for_reading
+    from bench.eol.store.database import NoDatabaseError, open_for_reading, using
 
     try:
-        engine = open_for_reading(reference)
-        try:
+        with using(open_for_reading(reference)) as engine:
             return _read(engine, choice)
-        finally:
-            engine.dispose()
     except NoDatabaseError:
         return StatisticsView(
             choice,

@@ -87,16 +87,13 @@ def read_motor(reference: str, serial_number: str) -> MotorTests:
     from sqlalchemy.exc import SQLAlchemyError
 
     from bench.eol.line_statistics import parameter_labels
-    from bench.eol.store.database import NoDatabaseError, open_for_reading
+    from bench.eol.store.database import NoDatabaseError, open_for_reading, using
     from bench.eol.store.records import Records
 
     try:
-        engine = open_for_reading(reference)
-        try:
+        with using(open_for_reading(reference)) as engine:
             tests = tuple(reversed(Records(engine).of_motor(serial_number)))
             labels = parameter_labels(engine)
-        finally:
-            engine.dispose()
     except NoDatabaseError:
         return MotorTests(serial_number, fault=text("There are no records at {records} yet.", records=reference))
     except (InputError, SQLAlchemyError, OSError) as error:

@@ -27,7 +27,6 @@ from bench.run.request import RunRequest
 from bench.run.retry_policy import never_stop
 from bench.run.sequencer import Runner
 from bench.run.software import software
-from bench.safety.interrupts import Interrupts
 from bench.safety.limits.bounds import NO_LIMIT, Limit, known_pole_pairs
 from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdogs import RoleWatchdog, planned_watchdogs
@@ -164,15 +163,14 @@ def rehearse(request: RunRequest, catalogue: Catalogue, console: "Console") -> R
             observe=script.set_point,
         )
         runner = Runner(
-            instruments,
-            context.operator.hands,
-            context.clock,
-            journal,
-            view,
-            request.motor.nameplate,
-            translate,
-            context.station.way_down,
-            Interrupts(),
+            instruments=instruments,
+            operator=context.operator.hands,
+            clock=context.clock,
+            journal=journal,
+            view=view,
+            nameplate=request.motor.nameplate,
+            translate=translate,
+            way_down=context.station.way_down,
         )
         begin = RehearsalStarted(
             schema=SCHEMA,

@@ -151,10 +151,11 @@ def with_fixture(context: RunContext, thermometer: Callable[[], float | None]) -
 
 @contextmanager
 def _at_panel(station: Station, interrupts: Interrupts) -> Iterator[RunContext]:
-    from bench.operators.panel_operator import DistantOperator, DistantPrompt
+    from bench.operators.panel_operator import DistantOperator
+    from bench.operators.person_prompt import PersonPrompt
 
     with closing(DistantOperator(interrupts)) as person:
-        operator = PanelHands(hands=person, prompts=lambda role: DistantPrompt(person, role.value), person=person)
+        operator = PanelHands(hands=person, prompts=lambda role: PersonPrompt(person, role.value), person=person)
         yield RunContext(station, SystemClock(), operator, StationVisa(station.visa_library))
 
 
@@ -191,12 +192,13 @@ def _in_front(
 
 
 def _by_hand(station: Station, request: RunRequest, console: "Console", interrupts: Interrupts) -> RunContext:
-    from bench.operators.terminal import TerminalOperator, TerminalPrompt
+    from bench.operators.person_prompt import PersonPrompt
+    from bench.operators.terminal import TerminalOperator
 
     person = TerminalOperator(
         console, translator(request.language), request.motor.nameplate.wire_colours, interrupts=interrupts
     )
-    operator = TerminalHands(hands=person, prompts=lambda role: TerminalPrompt(person, role.value), person=person)
+    operator = TerminalHands(hands=person, prompts=lambda role: PersonPrompt(person, role.value), person=person)
     return RunContext(station, SystemClock(), operator, StationVisa(station.visa_library))
 
 

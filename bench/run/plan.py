@@ -1,12 +1,12 @@
 """The procedures of a run, each with its settings."""
 
 import math
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from bench.files.toml_file import nearest, validate
+from bench.files.typed_value import typed_value
 from bench.i18n.errors import UsageError
 from bench.plugins.catalogue import Catalogue as Plugins
 from bench.station.station_file import Station
@@ -142,15 +142,8 @@ def _assign(assignment: str, given: dict[str, dict[str, Any]], catalogue: Catalo
             text("--set {assignment}: no setting {setting}; {hint}", assignment=assignment, setting=setting, hint=hint)
         )
     for name in owners:
-        given[name][setting] = _value(typed.strip())
+        given[name][setting] = typed_value(typed.strip())
 
 
 def _settings(procedure: type[Procedure[Any]]) -> list[str]:
     return list(procedure.settings_type().model_fields)
-
-
-def _value(typed: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {typed}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError):
-        return typed

@@ -21,6 +21,7 @@ from bench.journal.unrecorded import Unrecorded
 from bench.plugins.records import RecordOutputs
 from bench.run.beginning import beginning
 from bench.run.context import RunContext, run_context
+from bench.run.ending import secure
 from bench.run.guarding import guarded
 from bench.run.needs import check_needs, possible
 from bench.run.photos import kept_photos
@@ -32,7 +33,7 @@ from bench.run.request import Finished, RunOptions, RunRequest
 from bench.run.resume import begun, check_identities, check_resumable, check_unchanged, identities, left_unsafe
 from bench.run.retry_policy import never_stop, stop_at_failure
 from bench.run.run_operator import FixtureHands
-from bench.run.sequencer import Runner, secure
+from bench.run.sequencer import Runner
 from bench.run.software import software
 from bench.run.tape import Tape
 from bench.safety.calls import CallWatches
@@ -219,23 +220,23 @@ def carry_out(
             SourceReader(instruments, own & set(context.station.entries), context.station.way_down)
         )
         runner = Runner(
-            instruments,
-            context.operator.hands,
-            options.procedure_clock or context.clock,
-            journal,
-            view,
-            request.motor.nameplate,
-            translate,
-            context.station.way_down,
-            interrupts,
-            guard,
-            context.sharing,
-            verified,
-            StatedProbes(unstated_probes(context.station), probes),
-            Tape(journal, typing) if (typing := context.operator.typing) else None,
-            lambda: context.operator.hand_time,
-            context.operator.onlooker,
-            context.simulation.check_modelled,
+            instruments=instruments,
+            operator=context.operator.hands,
+            clock=options.procedure_clock or context.clock,
+            journal=journal,
+            view=view,
+            nameplate=request.motor.nameplate,
+            translate=translate,
+            way_down=context.station.way_down,
+            interrupts=interrupts,
+            guard=guard,
+            sharing=context.sharing,
+            verified_channels=verified,
+            stated_probes=StatedProbes(unstated_probes(context.station), probes),
+            tape=Tape(journal, typing) if (typing := context.operator.typing) else None,
+            hand_time=lambda: context.operator.hand_time,
+            onlooker=context.operator.onlooker,
+            check_modelled=context.simulation.check_modelled,
             earlier=earlier,
         )
         begin = beginning(

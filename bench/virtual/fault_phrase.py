@@ -1,10 +1,10 @@
 """One fault in a few words, as a flag takes it: `supply: silence on MEAS:CURR at step 3.2.2/3 after 0.5 for 2`."""
 
 import shlex
-import tomllib
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from bench.files.typed_value import typed_value
 from bench.i18n.errors import UsageError, at
 from drivers.interfaces.text import Text, lines, text, text_of
 
@@ -43,50 +43,21 @@ def _take(word: str, words: Iterator[str], told: dict[str, Any]) -> None:
             told["role"] = word[:-1]
         else:
             told["fault"] = word.replace("-", "_")
+    elif word == "at":
+        place = next(words)
+        if place == "step":
+            _put(told, "step", next(words))
+        else:
+            _put(told, "at", _time(place))
+    elif word == "when":
+        _put(told, "message", {"role": next(words), "pattern": next(words)})
     elif clause is not None:
-        clause(words, told)
+        name, read = clause
+        _put(told, name, read(next(words)))
     elif equals and key:
-        _put(told, key, _value(value))
+        _put(told, key, typed_value(value))
     elif word != "s":
         raise ValueError(text("{word!r} does not fit", word=word))
-
-
-def _on(words: Iterator[str], told: dict[str, Any]) -> None:
-    _put(told, "pattern", next(words))
-
-
-def _at(words: Iterator[str], told: dict[str, Any]) -> None:
-    word = next(words)
-    if word == "step":
-        _put(told, "step", next(words))
-    else:
-        _put(told, "at", _time(word))
-
-
-def _of(words: Iterator[str], told: dict[str, Any]) -> None:
-    _put(told, "procedure", next(words))
-
-
-def _when(words: Iterator[str], told: dict[str, Any]) -> None:
-    _put(told, "message", {"role": next(words), "pattern": next(words)})
-
-
-def _after(words: Iterator[str], told: dict[str, Any]) -> None:
-    _put(told, "after", _time(next(words)))
-
-
-def _for(words: Iterator[str], told: dict[str, Any]) -> None:
-    _put(told, "duration", _time(next(words)))
-
-
-_CLAUSES: dict[str, Callable[[Iterator[str], dict[str, Any]], None]] = {
-    "on": _on,
-    "at": _at,
-    "of": _of,
-    "when": _when,
-    "after": _after,
-    "for": _for,
-}
 
 
 def _put(told: dict[str, Any], key: str, value: Any) -> None:
@@ -102,8 +73,10 @@ def _time(word: str) -> float:
         raise ValueError(text("{word!r} is no time in seconds", word=word)) from None
 
 
-def _value(typed: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {typed}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError):
-        return typed
+#: What one word follows: the key in the table, and how the word is read.
+_CLAUSES: dict[str, tuple[str, Callable[[str], Any]]] = {
+    "on": ("pattern", str),
+    "of": ("procedure", str),
+    "after": ("after", _time),
+    "for": ("duration", _time),
+}

@@ -5,7 +5,7 @@ An event's fields are its data in the journal, in this order and by these names.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, dataclass_transform
 
 from procedures.core.actions import Action
 
@@ -20,8 +20,11 @@ def optional(default: Any = None) -> Any:
     return field(default=default, metadata={"optional": True})
 
 
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
 class Event:
     """Event of a run; a subclass with a `kind` is what the journal calls it, one without is shared by several.
+
+    Its subclasses are frozen dataclasses whose fields are given by name.
 
     A `durable` event has reached the disk, not only the operating system, before what follows it happens. One that `joins`
     reaches it with the event that follows: for those after which nothing happens before another event is recorded. A `closing`
@@ -38,9 +41,9 @@ class Event:
     ) -> None:
         super().__init_subclass__()
         cls.kind, cls.durable, cls.joins, cls.closing = kind, durable, joins, closing
+        dataclass(frozen=True, kw_only=True)(cls)
 
 
-@dataclass(frozen=True, kw_only=True)
 class StepStarted(Event, kind="step_started"):
     """A step begins: its identifier, its sentence in English, bench time (s)."""
 
@@ -49,7 +52,6 @@ class StepStarted(Event, kind="step_started"):
     time: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class StepFinished(Event, kind="step_finished", durable=True, joins=True):
     """A step has come to its end, at a bench time (s)."""
 
@@ -57,7 +59,6 @@ class StepFinished(Event, kind="step_finished", durable=True, joins=True):
     time: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class StepFailed(Event, kind="step_failed", durable=True, closing=True):
     """A step was left by an error, at a bench time (s)."""
 
@@ -73,7 +74,6 @@ class UnknownAction:
     details: Mapping[str, Any]
 
 
-@dataclass(frozen=True, kw_only=True)
 class ActionStarted(Event, kind="action"):
     """Manual work is requested: the action's class, the action, and its lines in English."""
 
@@ -82,7 +82,6 @@ class ActionStarted(Event, kind="action"):
     text: Sequence[str]
 
 
-@dataclass(frozen=True, kw_only=True)
 class ActionDone(Event, kind="action_done"):
     """Manual work is done; its result is a reading, angles (rad), whether something was corrected, a command, or None."""
 
@@ -90,7 +89,6 @@ class ActionDone(Event, kind="action_done"):
     given: Given
 
 
-@dataclass(frozen=True, kw_only=True)
 class RepeatStarted(Event, kind="repeat"):
     """A reading of several under one condition is about to be taken: between which terminals, its number from 1, of how many.
 
@@ -103,14 +101,12 @@ class RepeatStarted(Event, kind="repeat"):
     again: bool = optional(default=False)
 
 
-@dataclass(frozen=True, kw_only=True)
 class MayBeAsked(Event, kind="may_be_asked"):
     """From here on readings decide which of these lines (AB, BC, CA) hands connect once more; none ends it."""
 
     lines: Sequence[str]
 
 
-@dataclass(frozen=True, kw_only=True)
 class RepeatsTaken(Event, kind="repeats_taken"):
     """Readings under one condition are complete: those taken (in `unit`), and those left out because they contradict the others."""
 
@@ -121,7 +117,6 @@ class RepeatsTaken(Event, kind="repeats_taken"):
     left_out: Sequence[float] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
 class StrokesKept(Event, kind="strokes_kept"):
     """The record of strokes before this event counts for a map, with what else the map takes from the bench.
 
@@ -141,7 +136,6 @@ class StrokesKept(Event, kind="strokes_kept"):
     u_resistance: float = optional(0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
 class ReadingTyped(Event, kind="reading_typed"):
     """A person typed a number: what was asked, what was typed, and the value taken in `unit`; None where it was refused, and why."""
 
@@ -152,7 +146,6 @@ class ReadingTyped(Event, kind="reading_typed"):
     refused: str = optional("")
 
 
-@dataclass(frozen=True, kw_only=True)
 class ReadingCorrected(Event, kind="reading_corrected"):
     """A person corrected a number typed earlier: what was asked, what was typed now, the value before, the value used now, by whom.
 
@@ -170,7 +163,6 @@ class ReadingCorrected(Event, kind="reading_corrected"):
     after: Any = field(default=None, metadata={"optional": True})
 
 
-@dataclass(frozen=True, kw_only=True)
 class WarningGiven(Event, kind="warning"):
     """A procedure warns: an erratum's id or the finding's name, and the sentence in English."""
 
@@ -178,7 +170,6 @@ class WarningGiven(Event, kind="warning"):
     message: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class WiringChecked(Event, kind="wiring_checked"):
     """A connection was compared with what was measured on it.
 

@@ -116,5 +116,4 @@ def fit_emf(
 def _tachometer(points: Sequence[LoadPoint], unc: Uncertainties) -> UncertainReal:
     """Return the tachometer's relative error at the mean speed, a quantity around zero."""
     speed = sum(p.speed.value for p in points) / len(points)
-    result: UncertainReal = unc.instrument("tachometer", speed, points[-1].speed.accuracy) / speed - 1.0
-    return result
+    return unc.instrument("tachometer", speed, points[-1].speed.accuracy) / speed - 1.0

@@ -29,13 +29,11 @@ class WindingData:
         """Return R_11 (Ω) at a temperature (°C)."""
         at = 1.0 + self.coefficient * (temperature - self.coefficient_reference)
         given = 1.0 + self.coefficient * (self.reference - self.coefficient_reference)
-        result: UncertainReal = self.resistance * at / given
-        return result
+        return self.resistance * at / given
 
     def magnets_at(self, temperature: UncertainReal) -> UncertainReal:
         """Return the magnets' flux with the winding at a temperature (°C), over that at the beginning."""
-        result: UncertainReal = 1.0 + self.magnets * (temperature - self.start)
-        return result
+        return 1.0 + self.magnets * (temperature - self.start)
 
 
 @dataclass(frozen=True)
@@ -48,8 +46,7 @@ class Parts:
 
     def emf_at(self, temperature: UncertainReal) -> UncertainReal:
         """Return the line EMF constant (V·s/rad) with the winding at a temperature (°C)."""
-        result: UncertainReal = self.emf_constant * self.winding.magnets_at(temperature)
-        return result
+        return self.emf_constant * self.winding.magnets_at(temperature)
 
     def as_finding(self, temperature: UncertainReal) -> dict[str, Any]:
         """Return the figures at a temperature (°C) with the covariances of their errors, JSON-ready."""

@@ -75,7 +75,6 @@ def split_point(
 
 def scope_gain(unc: Uncertainties, accuracy: Accuracy) -> UncertainReal:
     """Return the relative gain error of the current's channel, a quantity around zero."""
-    result: UncertainReal = (
+    return (
         unc.instrument("oscilloscope, current channel", 1.0, Accuracy(gain=accuracy.gain, source=accuracy.source)) - 1.0
     )
-    return result

@@ -82,8 +82,7 @@ def _inductance(
             "winding_inductance_uncertainty",
         )
     d, q = (unc.of_parameter(known[f"{axis}_axis_inductance"]) for axis in "dq")
-    mean: UncertainReal = whole * 0.5 * (d + q)
-    return mean
+    return whole * 0.5 * (d + q)
 
 
 def _given(

@@ -9,18 +9,14 @@ from procedures.verification import bridge_evidence
 from procedures.verification.check import Check
 from procedures.verification.lines import Reference
 from procedures.verification.two_poles import poles_of
-from procedures.verification.verifier import ConnectionVerifier
+from procedures.verification.verifier import VerifiedWiring
 
 #: Test frequencies (Hz) up to which a winding shows its direct-current resistance, and the one to ask a bridge for.
 _NEARLY_DIRECT, _LOW = 120.0, 20.0
 
 
-class BridgeWiring:
+class BridgeWiring(VerifiedWiring):
     """Connections to the bridge."""
-
-    def __init__(self, verifier: ConnectionVerifier) -> None:
-        self._verifier = verifier
-        self._bench = verifier.bench
 
     def connect(
         self, connect: Connect, frequency: float, level: float, aperture: Aperture, *beside: Wanted

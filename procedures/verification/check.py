@@ -122,3 +122,8 @@ def records(
 
 def _names(terminals: tuple[int, ...]) -> list[str]:
     return [TERMINALS[k].value for k in terminals]
+
+
+def without_current(probe: CurrentProbe) -> dict[str, object]:
+    """Return the mistake of a current probe round no wire that carries a current."""
+    return {"kind": Kind.CURRENT_PROBE.value, "channel": probe.channel, "at": None, "terminals": [probe.terminal.value]}

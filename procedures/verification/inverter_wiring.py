@@ -14,8 +14,8 @@ from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.winding.wiring import Kind, WiringOutcome
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.steady_signals import alternating
-from procedures.verification.check import Check
-from procedures.verification.verifier import ConnectionVerifier
+from procedures.verification.check import Check, without_current
+from procedures.verification.verifier import VerifiedWiring
 
 #: Frequency (Hz) of a harmless rotating field, the time (s) until it has settled, and the periods recorded.
 _FREQUENCY, _SETTLE, _PERIODS = 10.0, 0.1, 3.0
@@ -29,12 +29,8 @@ _FORGOTTEN = 2.0
 _NO_LINE = 0.3
 
 
-class InverterWiring:
+class InverterWiring(VerifiedWiring):
     """Connections to the inverter or the six-step drive."""
-
-    def __init__(self, verifier: ConnectionVerifier) -> None:
-        self._verifier = verifier
-        self._bench = verifier.bench
 
     def probed(self, connect: Connect, probe: CurrentProbe, *beside: Wanted) -> None:
         """Connect the inverter and a current probe, with what else is wanted of the setup.
@@ -81,7 +77,7 @@ class InverterWiring:
             check = Check(
                 WiringOutcome.WRONG,
                 Role.OSCILLOSCOPE.value,
-                (_no_current(probe),),
+                (without_current(probe),),
                 readings,
                 "",
                 evidence,
@@ -169,7 +165,7 @@ def _probe_judged(probe: CurrentProbe, shown: float, level: float) -> Check:
     if shown < _NONE * level:
         open_wire = {"kind": Kind.OPEN.value, "terminals": [probe.terminal.value]}
         return Check(
-            WiringOutcome.WRONG, Role.OSCILLOSCOPE.value, (_no_current(probe), open_wire), readings, "", evidence
+            WiringOutcome.WRONG, Role.OSCILLOSCOPE.value, (without_current(probe), open_wire), readings, "", evidence
         )
     if _SAME[0] * level <= shown <= _SAME[1] * level:
         return Check(WiringOutcome.UNVERIFIED, Role.OSCILLOSCOPE.value, read=readings, reason="one line")
@@ -198,7 +194,3 @@ def _against(slope: float, readings: dict[str, float] | None = None) -> Check:
         evidence,
         correctable_now=readings is not None,
     )
-
-
-def _no_current(probe: CurrentProbe) -> dict[str, object]:
-    return {"kind": Kind.CURRENT_PROBE.value, "channel": probe.channel, "at": None, "terminals": [probe.terminal.value]}

@@ -11,7 +11,7 @@ from procedures.estimation.emf.probed_phases import LEAST_STEPS, Pattern, Probin
 from procedures.estimation.winding.wiring import WiringOutcome
 from procedures.techniques.shaft.driven_shaft import DrivenRecord, expected_peak, record_driven
 from procedures.verification.check import Check
-from procedures.verification.verifier import ConnectionVerifier
+from procedures.verification.verifier import VerifiedWiring
 
 #: Of the voltage that the plate lets expect, less than this share is none.
 _NONE = 0.03
@@ -21,12 +21,8 @@ _TENTH, _ABOUT = 0.1, 0.02
 SEQUENCE = "sequence"
 
 
-class ShaftWiring:
+class ShaftWiring(VerifiedWiring):
     """Connections of a motor that is turned from outside."""
-
-    def __init__(self, verifier: ConnectionVerifier) -> None:
-        self._verifier = verifier
-        self._bench = verifier.bench
 
     def open_terminals(self, *beside: Wanted) -> None:
         """Open the terminals and make the other requested changes of the setup.

@@ -11,8 +11,8 @@ from procedures.core.bench import Role
 from procedures.estimation.emf.probed_phases import LEAST_STEPS, phasors
 from procedures.estimation.winding.wiring import Kind, WiringOutcome
 from procedures.techniques.steady_signals import alternating
-from procedures.verification.check import Check
-from procedures.verification.verifier import ConnectionVerifier
+from procedures.verification.check import Check, without_current
+from procedures.verification.verifier import VerifiedWiring
 
 #: Of the EMF at the same speed: a joined terminal shows less against the others' mean, an open one more.
 _JOINED, _OPEN = 0.2, 0.5
@@ -23,12 +23,8 @@ _PERIODS, _SHORTEST, _LONGEST = 4.0, 0.02, 4.0
 _BY = Role.OSCILLOSCOPE.value
 
 
-class ShortedWiring:
+class ShortedWiring(VerifiedWiring):
     """The short of all three terminals."""
-
-    def __init__(self, verifier: ConnectionVerifier) -> None:
-        self._verifier = verifier
-        self._bench = verifier.bench
 
     def joined(
         self,
@@ -46,32 +42,25 @@ class ShortedWiring:
         `speed` (rad/s) one at which the current is small.
         """
         probes = ConnectProbes((*voltages, *((probe,) if probe else ())))
-        self._bench.perform(ALL_SHORTED, probes)
-        self._verifier.verify(
-            ALL_SHORTED, lambda: self._turned(voltages, probe, electrical_ratio, flux, largest, speed), probes
-        )
-
-    def _turned(
-        self,
-        voltages: Sequence[VoltageProbe],
-        probe: CurrentProbe | None,
-        electrical_ratio: float,
-        flux: float,
-        largest: float,
-        speed: float,
-    ) -> Check:
         bench = self._bench
-        if bench.dynamometer.read_by_hand or bench.oscilloscope.read_by_hand:
-            return Check(WiringOutcome.UNVERIFIED, _BY, reason="by hand")
-        emf = flux * electrical_ratio * speed
-        record_time = min(max(_PERIODS * 2.0 * np.pi / (electrical_ratio * speed), _SHORTEST), _LONGEST)
-        with bench.dynamometer.driving_speed(speed):
-            channels = [each.channel for each in voltages]
-            seen = alternating(bench, channels, 1.5 * emf, record_time) if channels else {}
-            current = alternating(bench, [probe.channel], largest, record_time)[probe.channel] if probe else None
-        bench.dynamometer.stop()
-        sizes = [float(abs(size)) for size in phasors(np.vstack([seen[c].values for c in channels]))] if seen else []
-        return _judged(sizes, current, emf, probe)
+        bench.perform(ALL_SHORTED, probes)
+
+        def turned() -> Check:
+            if bench.dynamometer.read_by_hand or bench.oscilloscope.read_by_hand:
+                return Check(WiringOutcome.UNVERIFIED, _BY, reason="by hand")
+            emf = flux * electrical_ratio * speed
+            record_time = min(max(_PERIODS * 2.0 * np.pi / (electrical_ratio * speed), _SHORTEST), _LONGEST)
+            with bench.dynamometer.driving_speed(speed):
+                channels = [each.channel for each in voltages]
+                seen = alternating(bench, channels, 1.5 * emf, record_time) if channels else {}
+                current = alternating(bench, [probe.channel], largest, record_time)[probe.channel] if probe else None
+            bench.dynamometer.stop()
+            sizes = (
+                [float(abs(size)) for size in phasors(np.vstack([seen[c].values for c in channels]))] if seen else []
+            )
+            return _judged(sizes, current, emf, probe)
+
+        self._verifier.verify(ALL_SHORTED, turned, probes)
 
 
 def _judged(sizes: Sequence[float], current: Waveform | None, emf: float, probe: CurrentProbe | None) -> Check:
@@ -96,13 +85,7 @@ def _judged(sizes: Sequence[float], current: Waveform | None, emf: float, probe:
         open_wire = {"kind": Kind.OPEN.value, "terminals": [tuple(Terminal)[largest].value]}
         return Check(WiringOutcome.WRONG, _BY, (open_wire,), read, "", evidence)
     if none and probe is not None:
-        unfitted = {
-            "kind": Kind.CURRENT_PROBE.value,
-            "channel": probe.channel,
-            "at": None,
-            "terminals": [probe.terminal.value],
-        }
-        return Check(WiringOutcome.WRONG, _BY, (unfitted,), read, "", evidence)
+        return Check(WiringOutcome.WRONG, _BY, (without_current(probe),), read, "", evidence)
     if max(sizes) > _JOINED * emf:
         return Check(WiringOutcome.UNEXPLAINED, _BY, read=read, evidence=evidence)
     return Check(WiringOutcome.VERIFIED, _BY, read=read)

@@ -23,18 +23,14 @@ from procedures.verification import sensing_evidence, supply_evidence
 from procedures.verification.check import Check, mistake_record
 from procedures.verification.resolved_current import require_resolved
 from procedures.verification.two_poles import poles_of
-from procedures.verification.verifier import ConnectionVerifier
+from procedures.verification.verifier import VerifiedWiring
 
 #: A channel shows so much more than is expected, either way.
 _ROOM = 1.4
 
 
-class SupplyWiring:
+class SupplyWiring(VerifiedWiring):
     """Connections to the supply, and what senses beside it."""
-
-    def __init__(self, verifier: ConnectionVerifier) -> None:
-        self._verifier = verifier
-        self._bench = verifier.bench
 
     def connect(self, connect: Connect, *beside: Wanted) -> None:
         """Connect the terminals to the supply, with what else is wanted of the setup, and prove the connection.

@@ -130,3 +130,11 @@ def _unexplained(check: Check, evidence: Text) -> Text:
         "than when its resistance was measured",
         evidence=evidence,
     )
+
+
+class VerifiedWiring:
+    """Connections of one kind, made and verified."""
+
+    def __init__(self, verifier: ConnectionVerifier) -> None:
+        self._verifier = verifier
+        self._bench = verifier.bench

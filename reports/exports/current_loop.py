@@ -5,6 +5,7 @@ The loop then closes as a first-order lag of that bandwidth. A firmware that int
 
 import math
 
+from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.parameters import PARAMETERS
 from reports.exports.quantities import ExportQuantity, Fixed
 
@@ -33,41 +34,32 @@ def crossover(bandwidth: float, loop_rate: float) -> float:
 
 def proportional_d(bandwidth: float) -> ExportQuantity:
     """Return kp (V/A) of the d axis for a bandwidth (Hz)."""
-    return ExportQuantity(
-        "V/A",
-        f"2 pi {bandwidth:.4g} Hz times Ld",
-        (_D,),
-        lambda g: 2.0 * math.pi * bandwidth * g["d_axis_inductance"],
-    )
+    return _gain("V/A", bandwidth, "Ld", _D)
 
 
 def proportional_q(bandwidth: float) -> ExportQuantity:
     """Return kp (V/A) of the q axis for a bandwidth (Hz)."""
-    return ExportQuantity(
-        "V/A",
-        f"2 pi {bandwidth:.4g} Hz times Lq",
-        (_Q,),
-        lambda g: 2.0 * math.pi * bandwidth * g["q_axis_inductance"],
-    )
+    return _gain("V/A", bandwidth, "Lq", _Q)
 
 
 def proportional_mean(bandwidth: float) -> ExportQuantity:
     """Return kp (V/A) of a controller with one gain for both axes, for a bandwidth (Hz)."""
-    return ExportQuantity(
-        "V/A",
-        f"2 pi {bandwidth:.4g} Hz times (Ld + Lq)/2",
-        (_D, _Q),
-        lambda g: math.pi * bandwidth * (g["d_axis_inductance"] + g["q_axis_inductance"]),
-    )
+    return _gain("V/A", bandwidth, "(Ld + Lq)/2", _D, _Q)
 
 
 def integral(bandwidth: float) -> ExportQuantity:
     """Return ki (V/(A s)) for a bandwidth (Hz)."""
+    return _gain("V/(A*s)", bandwidth, "R at 25 degC", _R)
+
+
+def _gain(unit: str, bandwidth: float, of: str, *parameters: ParameterDefinition) -> ExportQuantity:
+    """Return the bandwidth (rad/s) times the mean of the parameters."""
+    omega = 2.0 * math.pi * bandwidth / len(parameters)
     return ExportQuantity(
-        "V/(A*s)",
-        f"2 pi {bandwidth:.4g} Hz times R at 25 degC",
-        (_R,),
-        lambda g: 2.0 * math.pi * bandwidth * g["stator_resistance"],
+        unit,
+        f"2 pi {bandwidth:.4g} Hz times {of}",
+        parameters,
+        lambda given: omega * sum(given[each.name] for each in parameters),
     )
 
 

@@ -118,8 +118,7 @@ class ChannelPath:
     def probed(self, signal: FloatArray) -> FloatArray:
         """Return what the probe makes of a signal at its tip."""
         seen = np.clip(signal, -self.limit, self.limit)
-        result: FloatArray = self.factor * (seen + self.bow * seen**2 if self.bow else seen)
-        return result
+        return self.factor * (seen + self.bow * seen**2 if self.bow else seen)
 
     def _compensated(self, signal: Signal) -> Signal:
         def through(times: FloatArray) -> FloatArray:

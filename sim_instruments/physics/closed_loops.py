@@ -143,8 +143,7 @@ class BrakedShaft(Shaft):
         friction = super().frictions(speeds)
         if self.loops is None:
             return friction
-        result: FloatArray = friction + np.sign(speeds) * self.loops.braking_torque(np.abs(speeds))
-        return result
+        return friction + np.sign(speeds) * self.loops.braking_torque(np.abs(speeds))
 
 
 def braked(shaft: Shaft, network: Network, current: complex = 0j) -> Shaft:
@@ -193,8 +192,7 @@ class ClosedLoops:
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
-        result: FloatArray = self.network.basis @ self._currents(times)[0]
-        return result
+        return self.network.basis @ self._currents(times)[0]
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
@@ -202,13 +200,12 @@ class ClosedLoops:
         angles, speeds = self._turning(times)
         loops, slopes = self._currents(times)
         currents = self.network.basis @ loops
-        result: FloatArray = (
+        return (
             windings.resistance[:, np.newaxis] * currents
             + windings.inductance_times(angles, self.network.basis @ slopes)
             + speeds * windings.inductance_slope_times(angles, currents)
             + speeds * self._emf_per_speed(angles, speeds)
         )
-        return result
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
         """Return the voltage (V) of a source that is no part of this circuit."""
@@ -243,8 +240,7 @@ class ClosedLoops:
         if not windings.motor.iron.lowers_emf:
             return windings.emf_per_speed(angles)
         shares = self.periodic.emf_shares(speeds)
-        result: FloatArray = (windings.emf_phasors @ (turned(angles, windings.emf_orders) * shares)).real
-        return result
+        return (windings.emf_phasors @ (turned(angles, windings.emf_orders) * shares)).real
 
 
 def _parabola(at: FloatArray, nodes: FloatArray) -> FloatArray:

@@ -99,8 +99,7 @@ class Commutated:
         for here, share, steady_pair in self._mixture(times):
             low, high = (steady.averages[_BUS][:, np.newaxis] for steady in steady_pair)
             means[:, here] = share[0] * low + share[1] * high
-        result: FloatArray = means @ np.tile(half * weights, _PIECES)
-        return result
+        return means @ np.tile(half * weights, _PIECES)
 
     def _angles(self, times: FloatArray) -> FloatArray:
         stage = self._stage

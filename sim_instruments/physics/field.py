@@ -97,10 +97,7 @@ class ImpressedField:
 
     def _turning(self, times: FloatArray) -> FloatArray:
         """Return how the terminal currents change (A/s, shape (3, n))."""
-        result: FloatArray = (
-            -self.amplitude(times) * np.sin(self.field_angle(times) - _PHASES) * self.field_speed(times)
-        )
-        return result
+        return -self.amplitude(times) * np.sin(self.field_angle(times) - _PHASES) * self.field_speed(times)
 
 
 class RotorField(ImpressedField):
@@ -178,16 +175,14 @@ class RotorField(ImpressedField):
 
     def field_angle(self, times: FloatArray) -> FloatArray:
         """Return the electrical angle (rad) of the currents from terminal A's axis."""
-        result: FloatArray = self.rotor_angle(times) + np.angle(self.dq_currents(times))
-        return result
+        return self.rotor_angle(times) + np.angle(self.dq_currents(times))
 
     def _turning(self, times: FloatArray) -> FloatArray:
         """Return how the terminal currents change (A/s, shape (3, n)): they turn with the rotor, but for the offset."""
         changing = 1j * self.field_speed(times) * self._currents(times)
         if self._slopes is not None:
             changing = changing + self._slopes(times)
-        result: FloatArray = np.real(changing * np.exp(1j * self.rotor_angle(times)) * np.exp(-1j * _PHASES))
-        return result
+        return np.real(changing * np.exp(1j * self.rotor_angle(times)) * np.exp(-1j * _PHASES))
 
 
 class Synchronous:
@@ -211,8 +206,7 @@ class Synchronous:
 
     def _torque(self, load_angle: FloatArray) -> FloatArray:
         along, across = self._amplitude * np.cos(load_angle), self._amplitude * np.sin(load_angle)
-        result: FloatArray = 1.5 * self._p * (self._flux * across + (self._ld - self._lq) * along * across)
-        return result
+        return 1.5 * self._p * (self._flux * across + (self._ld - self._lq) * along * across)
 
     def load_angle(self, torque: float) -> float:
         """Return the angle (rad, 0…π) by which the field leads the d axis at a torque (N·m); π/2-like at pull-out."""
@@ -248,5 +242,4 @@ def q_current_within(
     half_b = resistance * emf
     discriminant = half_b**2 - a * (emf**2 - voltage**2)
     root = np.sqrt(np.maximum(discriminant, 0.0))
-    result: FloatArray = np.where(discriminant > 0.0, np.clip(wanted, (-half_b - root) / a, (-half_b + root) / a), 0.0)
-    return result
+    return np.where(discriminant > 0.0, np.clip(wanted, (-half_b - root) / a, (-half_b + root) / a), 0.0)

@@ -19,16 +19,7 @@ class Rotating:
         self.network = network
         self.motion = motion
         self.source = source
-        loops = network.loops
-        if isinstance(source, VoltageSource):
-            self._reach = np.eye(loops)
-            offset = np.zeros(loops)
-            force = network.drive * source.voltage
-        else:
-            self._reach = network.reach
-            offset = network.drive * (source.current / float(network.drive @ network.drive))
-            force = -network.damping @ offset
-        reach = self._reach
+        reach, offset, force, _ = network.imposed(source)
         self._rates, shapes = modes(reach.T @ network.damping @ reach, reach.T @ network.mean_inertance @ reach)
         self._shapes = reach @ shapes
         self._direct = offset + self._shapes @ (self._shapes.T @ force / self._rates)
@@ -61,13 +52,11 @@ class Rotating:
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
-        result: FloatArray = self.network.basis @ self._currents(times)[0]
-        return result
+        return self.network.basis @ self._currents(times)[0]
 
     def magnetising_currents(self, times: FloatArray) -> FloatArray:
         """Return the currents (A, shape (3, n)) that, in all turns of the windings, would magnetise as the real ones do."""
-        result: FloatArray = self.network.flux_basis @ self._currents(times)[0]
-        return result
+        return self.network.flux_basis @ self._currents(times)[0]
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
@@ -86,8 +75,7 @@ class Rotating:
         network = self.network
         currents, slopes = self._currents(times)
         needed = network.mean_inertance @ slopes + network.damping @ currents + network.flux_basis.T @ self._emf(times)
-        result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
-        return result
+        return network.behind(needed)
 
     def _emf(self, times: FloatArray) -> FloatArray:
         windings = self.network.windings

@@ -111,8 +111,7 @@ class Swing:
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
-        result: FloatArray = self._equations.basis @ self._equations.currents(self._states(times))
-        return result
+        return self._equations.basis @ self._equations.currents(self._states(times))
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
         """Return the voltage (V) behind the source's resistance."""

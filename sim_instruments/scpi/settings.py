@@ -178,9 +178,9 @@ class ScpiSettings:
         table = choices(words)
         self._add(name, Setting(header, lambda argument: choice(argument, table), str, initial, count, changed))
 
-    def add_string(self, name: str, header: str, initial: str, *, count: int = 0) -> None:
-        """Add a quoted string."""
-        self._add(name, Setting(header, string, _quoted, initial, count))
+    def add_string(self, name: str, header: str, *, count: int = 0) -> None:
+        """Add a quoted string, empty at first."""
+        self._add(name, Setting(header, string, _quoted, "", count))
 
 
 def _quoted(value: Value) -> str:

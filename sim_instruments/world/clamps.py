@@ -39,8 +39,7 @@ def warmth_after(contacts: Contacts, warmth: FloatArray | None, segment: Segment
     fallen = 0.0 if warmth is None else warmth * math.exp(-passed / contacts.heating_time)
     times, weights = segment.nodes_between(segment.start, until)
     felt = weights * np.exp((times - until) / contacts.heating_time) / contacts.heating_time
-    result: FloatArray = fallen + _tends_to(contacts, segment, times) @ felt
-    return result
+    return fallen + _tends_to(contacts, segment, times) @ felt
 
 
 def next_update(contacts: Contacts, warmth: FloatArray | None, segment: Segment) -> Segment:
@@ -55,5 +54,4 @@ def next_update(contacts: Contacts, warmth: FloatArray | None, segment: Segment)
 
 
 def _tends_to(contacts: Contacts, segment: Segment, times: FloatArray) -> FloatArray:
-    result: FloatArray = (segment.terminal_currents(times) / contacts.doubling_current) ** 2
-    return result
+    return (segment.terminal_currents(times) / contacts.doubling_current) ** 2

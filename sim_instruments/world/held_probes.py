@@ -75,8 +75,7 @@ class HeldProbes:
             return place.sign * self._past.sample(lambda segment, at: segment.terminal_currents(at)[place.row], times)
         if not np.array_equal(times, self._times):
             self._times, self._nodes, self._halls = times, None, None
-        result: FloatArray = self._potential(place[0], times) - self._potential(place[1], times)
-        return result
+        return self._potential(place[0], times) - self._potential(place[1], times)
 
     def _potential(self, row: int, times: FloatArray) -> FloatArray:
         if row < FIRST_HALL:

@@ -80,8 +80,7 @@ def _leakage(windings: Windings, network: Network, begin: float, end: float, win
 def open_circuit_weights(network: Network) -> FloatArray:
     """Return the share (3,) of each winding's EMF in the voltage between the source's poles, currents by resistance."""
     share = np.linalg.solve(network.damping, network.drive)
-    result: FloatArray = network.flux_basis @ share / float(network.drive @ share)
-    return result
+    return network.flux_basis @ share / float(network.drive @ share)
 
 
 def _sinc(x: float) -> float:

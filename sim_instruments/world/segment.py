@@ -179,8 +179,7 @@ class Segment:
             return np.zeros_like(times)
         if isinstance(self.circuit, Commutated):
             return self.circuit.copper_loss(times)
-        result: FloatArray = self.windings.resistance @ self.winding_currents(times) ** 2
-        return result
+        return self.windings.resistance @ self.winding_currents(times) ** 2
 
     def iron_loss(self, times: FloatArray) -> FloatArray:
         """Return the loss (W, shape (n,)) in the iron."""

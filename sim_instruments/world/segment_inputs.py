@@ -61,7 +61,6 @@ class SegmentInputs:
         live: bool,
         outcome: Outcome = "none",
         in_step: bool = True,
-        torque: float = 0.0,
     ) -> Segment:
         """Return a segment of these laws."""
         output = self.output
@@ -75,7 +74,7 @@ class SegmentInputs:
             motion,
             circuit,
             self.windings,
-            self.constants.shaft(self.settings, torque),
+            self.constants.shaft(self.settings),
             live,
             "off" if output is None else output.mode,
             outcome,

@@ -241,7 +241,10 @@ def make_runner(
         seen = view or RunView()
         used.listen(seen.apply)
         hands = operator or AnswersOperator(Answers({"winding_temperature": [25.0] * 8}, "answers.toml"))
-        return Runner(FakeInstruments(fakes), hands, clock, used, seen, nameplate, translator("en"))
+        return Runner(
+            instruments=FakeInstruments(fakes), operator=hands, clock=clock, journal=used, view=seen, nameplate=nameplate,
+            translate=translator("en"),
+        )  # fmt: skip
 
     yield make
     for journal in journals:

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from bench.cli.analyze.output import print_analysis, print_sentences
 from bench.cli.analyze.typed import Count
+from bench.cli.options import Json, Language
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import Text, Translate, text, word
@@ -28,8 +29,8 @@ def flux_map(
     standstill: bool = False,
     output: Path | None = None,
     force: bool = False,
-    language: str = "auto",
-    json: bool = False,
+    language: Language = "auto",
+    json: Json = False,
 ) -> int:
     """Inductances, MTPA and torque over speed of a table of flux linkages, with intervals; what contradicts itself in it is said.
 
@@ -69,10 +70,6 @@ def flux_map(
         With a run's folder: the file to write the map to, in the form of flux_map.csv of a finished run.
     force
         Overwrite that file.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     from bench.analysis.load_tables import analyze_flux_map, analyze_run_map
@@ -151,8 +148,8 @@ def short_circuit(
     torque_gain: float | None = None,
     torque_zero: float | None = None,
     saturation: float | None = None,
-    language: str = "auto",
-    json: bool = False,
+    language: Language = "auto",
+    json: Json = False,
 ) -> int:
     """Inductances, resistance and braking torque of a motor turned with its terminals shorted.
 
@@ -187,10 +184,6 @@ def short_circuit(
         Limit of the torque's zero, N·m. Default: 0.5 % of the largest torque.
     saturation
         Limit of what L_q is off because inductances depend on the current, %. Default: 40; 0 for a motor that does not saturate.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     from bench.analysis.short_circuit import LimitsOfTable, analyze_short_circuit
@@ -222,8 +215,8 @@ def efficiency(
     torque_zero: float = 0.0,
     speed_gain: float = 0.0,
     power_gain: float = 0.0,
-    language: str = "auto",
-    json: bool = False,
+    language: Language = "auto",
+    json: Json = False,
 ) -> int:
     """Efficiency and loss of a table of load points, with intervals by what the instruments share.
 
@@ -241,10 +234,6 @@ def efficiency(
         Limit of error of the speed, %.
     power_gain
         Limit of error of the power, %.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     from bench.analysis.efficiency_table import analyze_efficiency

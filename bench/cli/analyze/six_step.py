@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.cli.options import Json, Language, Runs
 from bench.cli.output import print_json
 from bench.i18n.errors import UsageError, at
 from bench.i18n.language import language_of, translator
@@ -29,9 +30,9 @@ def six_step(
     coulomb_friction: float | None = None,
     viscous_friction: float | None = None,
     diode_drop: float = 0.7,
-    language: str = "auto",
-    json: bool = False,
-    runs: Path = Path("runs"),
+    language: Language = "auto",
+    json: Json = False,
+    runs: Runs = Path("runs"),
 ) -> None:
     """Predict speed and current at other loads and voltages, from a run of equivalent-resistance.
 
@@ -52,12 +53,6 @@ def six_step(
         The motor's viscous friction, N·m·s/rad; likewise.
     diode_drop
         Forward voltage of a freewheeling diode, V. No reading shows it.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
-    runs
-        Folder of the runs.
 
     """
     from bench.analysis.six_step_prediction import MeasuredDrive, exact, findings_of, predictions

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -63,16 +63,7 @@ class WindingOptions:
         _not_negative("--switch-resistance", self.switch_resistance, 1e3)
         _not_negative("--copper-coefficient", self.copper_coefficient, 0.01)
         _celsius("--winding-resistance-temperature", self.winding_resistance_temperature)
-        return TypedWinding(
-            self.connection,
-            self.winding_resistance,
-            self.winding_resistance_uncertainty,
-            self.winding_resistance_temperature,
-            self.winding_inductance,
-            self.winding_inductance_uncertainty,
-            self.switch_resistance,
-            self.copper_coefficient,
-        )
+        return TypedWinding(*astuple(self))
 
 
 @Parameter(name="*")
@@ -178,12 +169,6 @@ def six_step_loads(
         Factor for that channel, NAME=FACTOR, as in CH2=10A/V.
     full_scale
         Range that it was set to (the whole screen), NAME=RANGE.
-    winding
-        What is known of the winding and the switches.
-    emf
-        What is known of the EMF.
-    record
-        What every capture's command takes.
 
     """
     from bench.analysis import analyze_six_step_loads
@@ -205,9 +190,7 @@ def six_step_loads(
         temperature_uncertainty=temperature_uncertainty,
         current=current,
         scale=factors_of(scale),
-        accuracy=record.statements(full_scale),
-        selection=record.selection,
-        translate=record.translate,
+        **record.arguments(full_scale),
     )
     return record.print(outcome)
 

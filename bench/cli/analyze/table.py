@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.cli.options import Json, Language, Runs
 from bench.cli.output import print_json
 from bench.i18n.errors import InputError, UsageError, at
 from bench.i18n.language import language_of, translator
@@ -19,9 +20,9 @@ def table(
     run: str | None = None,
     motor: str | None = None,
     vesc_scale: float = 0.9,
-    language: str = "auto",
-    json: bool = False,
-    runs: Path = Path("runs"),
+    language: Language = "auto",
+    json: Json = False,
+    runs: Runs = Path("runs"),
 ) -> None:
     """Compare published figures with those of a run, or of a motor file.
 
@@ -37,12 +38,6 @@ def table(
     vesc_scale
         Factor by which a VESC's inductances are divided. VESC's detection stores 0.9 of the measured value; give 1 if the file
         contains the measured inductances themselves.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
-    runs
-        Folder of the runs.
 
     """
     from bench.analysis.data_sheet import read_data_sheet

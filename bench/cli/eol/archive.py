@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from bench.cli.new_file import refuse_existing
+from bench.cli.options import Json, Language, RecordsAddress
 from bench.cli.output import print_json
 from bench.eol.archive.batch_archive import ArchiveSummary, restore_archive, runs_elsewhere, write_archive
 from bench.eol.line.batch_log import batch_uid, held_batch, is_measured, owns_record
@@ -25,12 +26,12 @@ def archive(
     batch: str,
     *,
     out: Annotated[Path, Parameter(name=("--output", "--out"))],
-    records: str = "records.sqlite",
+    records: RecordsAddress = "records.sqlite",
     runs: Path = Path("runs"),
     remove: Literal["runs", "all"] | None = None,
     force: bool = False,
-    language: str = "auto",
-    json: bool = False,
+    language: Language = "auto",
+    json: Json = False,
 ) -> None:
     """Write a batch's records, plan and runs into one file, which is read again and compared before anything is removed.
 
@@ -40,8 +41,6 @@ def archive(
         The batch's name.
     out
         The file, a tar compressed by gzip with a manifest of SHA-256.
-    records
-        The records: a SQLite file, or postgresql://USER@HOST/NAME.
     runs
         Folder of the batches' folders.
     remove
@@ -49,10 +48,6 @@ def archive(
         counts as never tested.
     force
         Overwrite the file if it exists.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     refuse_existing(out, force=force)
@@ -94,10 +89,10 @@ def archive(
 def restore(
     file: Path,
     *,
-    records: str = "records.sqlite",
+    records: RecordsAddress = "records.sqlite",
     runs: Path = Path("runs"),
-    language: str = "auto",
-    json: bool = False,
+    language: Language = "auto",
+    json: Json = False,
 ) -> None:
     """Put an archived batch back: its records and its runs. What is there already stays, a changed archive is refused.
 
@@ -105,14 +100,8 @@ def restore(
     ----------
     file
         The file that `eol archive` wrote.
-    records
-        The records: a SQLite file, or postgresql://USER@HOST/NAME.
     runs
         Folder of the batches' folders.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     engine = open_database(records)

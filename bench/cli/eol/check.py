@@ -11,7 +11,7 @@ from cyclopts.validators import Number
 
 from bench.cli.eol.defects_output import as_json, print_defects, print_proposal, shown_range
 from bench.cli.motor_progress import shown_progress
-from bench.cli.options import Seed
+from bench.cli.options import Json, Language, Seed
 from bench.cli.output import print_json
 from bench.distribution.workforce import Workforce
 from bench.eol.defects.check import DefectRequest, check_defects
@@ -43,8 +43,8 @@ def check(
     cluster: str = "",
     output: Path | None = None,
     seed: Seed = 0,
-    json: bool = False,
-    language: str = "auto",
+    json: Json = False,
+    language: Language = "auto",
 ) -> int:
     """Try a plan on virtual benches, twins of a station that is named: time, limits that cannot be decided, defects that get through.
 
@@ -72,10 +72,6 @@ def check(
         Write the plan to this file, with limits and an order that follow from the result. The file must not exist yet.
     seed
         Seed of the virtual motors and benches.
-    json
-        Print one JSON object and nothing else.
-    language
-        en, zh, or auto by the locale.
 
     """
     request = BatchRequest(

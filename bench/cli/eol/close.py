@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from bench.cli.options import Json, Language
 from bench.cli.output import print_json
 from bench.i18n.errors import FileError
 from bench.i18n.language import language_of, translator
@@ -9,7 +10,7 @@ from drivers.interfaces.text import text
 
 
 def close(
-    *batches: str, runs: Path = Path("runs"), person: str = "", language: str = "auto", json: bool = False
+    *batches: str, runs: Path = Path("runs"), person: str = "", language: Language = "auto", json: Json = False
 ) -> None:
     """Close batches that were broken off, so that the panel names them no more; list them where none is named.
 
@@ -23,10 +24,6 @@ def close(
         Folder of the batches' folders.
     person
         Name of the person who closes them, for the batch's file.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     from bench.eol.line.batch_log import FILE, batches_broken_off, close_batch

@@ -10,6 +10,7 @@ from typing import IO, Annotated, Literal
 from cyclopts import Parameter
 
 from bench.cli.eol.narrowing_options import ALL_RECORDS, NarrowingOptions, tell_joined
+from bench.cli.options import Json, RecordsAddress
 from bench.cli.output import print_json
 from bench.eol.record import MotorRecord
 from bench.i18n.errors import InputError, UsageError, at
@@ -23,9 +24,9 @@ def export(
     *batches: str,
     format_: Annotated[Format, Parameter(name="--format")],
     out: Annotated[Path | None, Parameter(name=("--out", "--output"))] = None,
-    records: str = "records.sqlite",
+    records: RecordsAddress = "records.sqlite",
     only: NarrowingOptions = ALL_RECORDS,
-    json: bool = False,
+    json: Json = False,
 ) -> int:
     """Write the records of batches, of all where none is named; a file is there whole, or not at all.
 
@@ -37,22 +38,15 @@ def export(
         csv (one row a figure), parquet (the same, with types), junit (one test case a parameter), jsonl (one record a line).
     out
         File to write. An existing file is replaced. Without it, the records go to standard output.
-    records
-        The records: a SQLite file, or postgresql://USER@HOST/NAME.
-    only
-        Which of the batches of one name are meant.
-    json
-        Print one JSON object and nothing else.
 
     """
     from bench.eol.narrowing import records_of
-    from bench.eol.store.database import open_for_reading
+    from bench.eol.store.database import open_for_reading, using
     from bench.eol.store.records import Records
 
     if out is None and (json or format_ == "parquet"):
         raise UsageError(text("--json and --format parquet go with --out FILE"))
-    engine = open_for_reading(records)
-    try:
+    with using(open_for_reading(records)) as engine:
         there = Records(engine).batches()
         for name in batches:
             if name not in there:
@@ -70,8 +64,6 @@ def export(
             sys.stdout.flush()
             return 0
         count = _whole(out, _writer(format_), found)
-    finally:
-        engine.dispose()
     if json:
         print_json({"file": str(out), "format": format_, "motors": count})
     else:

@@ -3,13 +3,14 @@
 import sys
 from pathlib import Path
 
+from bench.cli.options import Json, Language
 from bench.cli.output import print_json
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text
 
 
-def forward(*, records: str, runs: Path = Path("runs"), language: str = "auto", json: bool = False) -> int:
+def forward(*, records: str, runs: Path = Path("runs"), language: Language = "auto", json: Json = False) -> int:
     """Forward the records of a folder of runs that wait for their server, as the next batch would; exit status 1 if some still wait.
 
     Parameters
@@ -18,10 +19,6 @@ def forward(*, records: str, runs: Path = Path("runs"), language: str = "auto", 
         The server: postgresql://USER@HOST/NAME.
     runs
         Folder of the runs; its records.sqlite keeps what waits.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     from bench.eol.line.record_writer import forward_records

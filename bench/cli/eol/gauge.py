@@ -12,7 +12,7 @@ from bench.cli.output import print_json
 from bench.eol.gauge_studies import gauge_studies, linearity_studies, range_studies, type_one_studies
 from bench.eol.line_statistics import StatisticsRequest, parameter_labels
 from bench.eol.narrowing import records_of
-from bench.eol.store.database import open_for_reading
+from bench.eol.store.database import open_for_reading, using
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, text
 
@@ -58,9 +58,8 @@ def show_study(
             )
     elif known:
         raise UsageError(text("--reference goes with --study type-1 and --study linearity"))
-    engine = open_for_reading(records)
     confidence = wanted.confidence
-    try:
+    with using(open_for_reading(records)) as engine:
         tell_joined(records_of(engine, wanted.batches, wanted.narrowing)[1], translate)
         labels = parameter_labels(engine)
         match asked.study:
@@ -84,8 +83,6 @@ def show_study(
                 if not json:
                     print_linearity(lines, labels, confidence, translate)
                 printed = studies_as_dict("linearity", lines)
-    finally:
-        engine.dispose()
     if json:
         print_json(printed)
     return 0

@@ -3,13 +3,14 @@
 import sys
 
 from bench.cli.eol.narrowing_options import ALL_RECORDS, NarrowingOptions, tell_joined
+from bench.cli.options import Language
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text
 
 
 def labels(
-    *, batch: str, records: str = "records.sqlite", only: NarrowingOptions = ALL_RECORDS, language: str = "auto"
+    *, batch: str, records: str = "records.sqlite", only: NarrowingOptions = ALL_RECORDS, language: Language = "auto"
 ) -> None:
     """Print the label line of each motor of a batch, in the order in which they were done.
 
@@ -19,22 +20,15 @@ def labels(
         The batch's name.
     records
         Where the records are kept; the same as for `eol run`.
-    only
-        Which of the batches of one name are meant.
-    language
-        en, zh, or auto by the locale.
 
     """
     from bench.eol.narrowing import records_of
     from bench.eol.record import label_of
-    from bench.eol.store.database import open_for_reading
+    from bench.eol.store.database import open_for_reading, using
 
-    engine = open_for_reading(records)
-    try:
+    with using(open_for_reading(records)) as engine:
         found, joined = records_of(engine, [batch], only.read())
         lines = [label_of(record) + "\n" for record in found]
-    finally:
-        engine.dispose()
     if not lines:
         raise UsageError(
             text(

@@ -2,27 +2,18 @@
 
 import sys
 
+from bench.cli.options import Json, Language, RecordsAddress
 from bench.cli.output import print_json
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text
 
 
-def migrate(*, records: str = "records.sqlite", language: str = "auto", json: bool = False) -> None:
+def migrate(*, records: RecordsAddress = "records.sqlite", language: Language = "auto", json: Json = False) -> None:
     """Bring the tables of records up to this program's version; all of it or nothing, and no other command does it.
 
     Serial numbers get the one spelling that is kept now.
-
-    Parameters
-    ----------
-    records
-        The records: a SQLite file, or postgresql://USER@HOST/NAME.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
-
     """
-    from bench.eol.store.database import migrate_database, open_database
+    from bench.eol.store.database import migrate_database, open_database, using
     from bench.eol.store.respelling import respell
     from bench.eol.store.summing import sum_up
 
@@ -30,12 +21,9 @@ def migrate(*, records: str = "records.sqlite", language: str = "auto", json: bo
     before, after = migrate_database(
         records, lambda words: print(f"motorbench: {words.render(translate)}", file=sys.stderr, flush=True)
     )
-    engine = open_database(records, existing=True)
-    try:
+    with using(open_database(records, existing=True)) as engine:
         respelled = respell(engine)
         tallied = sum_up(engine)
-    finally:
-        engine.dispose()
     if json:
         print_json({"before": before, "after": after, "stretches_summed_up": tallied, "respelled": respelled})
         return

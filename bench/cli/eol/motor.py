@@ -6,6 +6,7 @@ from dataclasses import asdict
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from bench.cli.options import Json, Language
 from bench.cli.output import print_json
 from bench.eol.serial_number import in_other_capitals
 from bench.eol.verdict import Verdict
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
     from bench.eol.retest import ChangedFigure
 
 
-def motor(serial_number: str, *, records: str = "records.sqlite", json: bool = False, language: str = "auto") -> None:
+def motor(
+    serial_number: str, *, records: str = "records.sqlite", json: Json = False, language: Language = "auto"
+) -> None:
     """Print every test of a motor: when, where, verdict, rework code and the part at fault, and what changed since the one before.
 
     Parameters
@@ -29,10 +32,6 @@ def motor(serial_number: str, *, records: str = "records.sqlite", json: bool = F
         The motor's serial number.
     records
         Where the records are kept; the same as for `eol run`.
-    json
-        Print one JSON object and nothing else.
-    language
-        en, zh, or auto by the locale.
 
     """
     from bench.eol.line.record_writer import own_records

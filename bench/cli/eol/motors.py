@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from bench.cli.eol.narrowing_options import ALL_RECORDS, NarrowingOptions, tell_joined
+from bench.cli.options import Json, Language, RecordsAddress
 from bench.cli.output import print_json
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
@@ -23,7 +24,7 @@ _ALL_PASSED = text(
 
 def motors(
     *batches: str,
-    records: str = "records.sqlite",
+    records: RecordsAddress = "records.sqlite",
     model: str = "",
     parameter: str = "",
     low: Annotated[float | None, Parameter(name=("--from", "--low"))] = None,
@@ -32,8 +33,8 @@ def motors(
     serial: tuple[str, ...] = (),
     most: int = 100,
     only: NarrowingOptions = ALL_RECORDS,
-    language: str = "auto",
-    json: bool = False,
+    language: Language = "auto",
+    json: Json = False,
 ) -> None:
     """List motors with the folders of their runs: by a parameter's figure, by what they failed at, or by serial number.
 
@@ -43,8 +44,6 @@ def motors(
     ----------
     batches
         Names of the batches. Default: all.
-    records
-        The records: a SQLite file, or postgresql://USER@HOST/NAME.
     model
         The motor type, if the records are of several types.
     parameter
@@ -59,12 +58,6 @@ def motors(
         All tests of these motors, in any batch.
     most
         How many are listed.
-    only
-        Which of the batches of one name are meant.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     if serial and only != ALL_RECORDS:
@@ -80,7 +73,7 @@ def motors(
         raise UsageError(text("--most {most}: 1 to 100000 is allowed", most=most))
     from bench.eol.line_statistics import StatisticsRequest, known_names
     from bench.eol.narrowing import joined_names
-    from bench.eol.store.database import open_for_reading
+    from bench.eol.store.database import open_for_reading, using
     from bench.eol.store.insertion import settled
     from bench.eol.store.motors import (
         check_measured,
@@ -91,24 +84,20 @@ def motors(
     from bench.eol.store.selection import golden_motors
 
     translate = translator(language_of(language))
-    engine = open_for_reading(records)
-    try:
-        with settled(engine) as connection:
-            if serial:
-                found = motors_by_serial_number(connection, serial, most)
+    with using(open_for_reading(records)) as engine, settled(engine) as connection:
+        if serial:
+            found = motors_by_serial_number(connection, serial, most)
+        else:
+            wanted = StatisticsRequest(batches, model, narrowing=only.read())
+            selection = wanted.choose(connection, golden_motors(connection))
+            tell_joined(joined_names(connection, batches, selection.narrowed), translate)
+            if parameter:
+                (name,) = known_names(connection, (parameter,))
+                found = motors_by_figure(connection, selection, name, low, high, most)
             else:
-                wanted = StatisticsRequest(batches, model, narrowing=only.read())
-                selection = wanted.choose(connection, golden_motors(connection))
-                tell_joined(joined_names(connection, batches, selection.narrowed), translate)
-                if parameter:
-                    (name,) = known_names(connection, (parameter,))
-                    found = motors_by_figure(connection, selection, name, low, high, most)
-                else:
-                    found = motors_not_passed(connection, selection, failed or "", most)
-                    if failed and not found:
-                        check_measured(connection, failed)
-    finally:
-        engine.dispose()
+                found = motors_not_passed(connection, selection, failed or "", most)
+                if failed and not found:
+                    check_measured(connection, failed)
     if not found:
         print(f"motorbench: {(_NONE if asked else _ALL_PASSED).render(translate)}", file=sys.stderr)
     if json:

@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
+from bench.cli.options import Json, Language
 from bench.cli.output import print_json
 from bench.i18n.errors import FileError, InputError
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import reason_of, text
 
 
-def pack(*batches: str, runs: Path = Path("runs"), language: str = "auto", json: bool = False) -> None:
+def pack(*batches: str, runs: Path = Path("runs"), language: Language = "auto", json: Json = False) -> None:
     """Pack the journals of runs that have ended, of all batches where none is named; each stays readable where it is.
 
     A batch that is being measured packs its own.
@@ -19,10 +20,6 @@ def pack(*batches: str, runs: Path = Path("runs"), language: str = "auto", json:
         The batches' names.
     runs
         Folder of the batches' folders.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     from bench.eol.line.batch_log import FILE, held_batch, is_measured

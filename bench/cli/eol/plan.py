@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 from shlex import quote
 
+from bench.cli.options import Json
 from bench.cli.output import print_json
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
@@ -16,7 +17,7 @@ def plan(
     output: Path,
     percent: float = 10.0,
     runs: Path = Path("runs"),
-    json: bool = False,
+    json: Json = False,
     language: str = "auto",
 ) -> int:
     """Write a plan from a measured motor: the run's procedures and settings, limits about what it found.
@@ -32,8 +33,6 @@ def plan(
         with a larger uncertainty.
     runs
         The folder of the runs.
-    json
-        Print one JSON object and nothing else.
     language
         en, zh, or auto (by the locale). Default for JSON: en.
 

@@ -4,6 +4,7 @@ import sys
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+from bench.cli.options import Json, Language, RecordsAddress
 from bench.cli.output import print_json
 from bench.i18n.errors import FileError
 from bench.i18n.language import language_of, translator
@@ -13,13 +14,13 @@ from drivers.interfaces.text import text
 def retain(
     rule: Path,
     *,
-    records: str = "records.sqlite",
+    records: RecordsAddress = "records.sqlite",
     runs: Path = Path("runs"),
     person: str = "",
     dry_run: bool = False,
     clock_is_right: bool = False,
-    language: str = "auto",
-    json: bool = False,
+    language: Language = "auto",
+    json: Json = False,
 ) -> None:
     """Remove waveforms and runs of motors that are older than a rule keeps them; records stay. Each removal is logged first.
 
@@ -28,8 +29,6 @@ def retain(
     rule
         The file of the rule: tables [waveforms] and [runs] with the number of days to keep them, by verdict (passed, failed,
         error, aborted). What the rule does not name is kept.
-    records
-        The records: a SQLite file, or postgresql://USER@HOST/NAME.
     runs
         Folder of the batches' folders; the log is its retention.jsonl.
     person
@@ -39,14 +38,10 @@ def retain(
     clock_is_right
         Count the days by this computer's clock, also those of a standstill: of more than four days without a motor, or of more than
         the line's usual pause if that is longer.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     from bench.eol.archive.retention import LOG, due, load_rule, longest_pause, remove
-    from bench.eol.store.database import open_for_reading
+    from bench.eol.store.database import open_for_reading, using
     from bench.eol.store.records import Records
 
     read, now = load_rule(rule), datetime.now(UTC)
@@ -54,8 +49,7 @@ def retain(
     if not runs.is_dir():
         raise FileError(text("{runs}: there is no such folder of runs", runs=runs))
     counts, size, held_back = {"runs": 0, "waveforms": 0}, 0, set[Path]()
-    engine = open_for_reading(records)
-    try:
+    with using(open_for_reading(records)) as engine:
         counted = longest_pause(Records(engine), now)
         for removal in due(Records(engine), read, runs, now, clock_is_right=clock_is_right):
             if removal.held_back:
@@ -65,8 +59,6 @@ def retain(
                 remove(removal, runs / LOG, person)
             counts[removal.what] += 1
             size += removal.size
-    finally:
-        engine.dispose()
     if read.removes_nothing:
         words = text(
             "{rule}: this rule removes nothing, because it names no days. Write for example [runs] and below it passed = 730; allowed are "

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from bench.cli.options import Seed
+from bench.cli.options import Json, Language, Seed
 from bench.cli.output import print_json
 from bench.eol.line.admission.next_motor import RefusedSerial
-from bench.eol.line.batch import Counts, run_batch
+from bench.eol.line.batch import run_batch
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.brakes import AppliedBrake
+from bench.eol.line.counts import Counts
 from bench.eol.line.preparation.prepare import BatchRequest
 from bench.eol.record import MotorRecord, label_of
 from bench.eol.store.faults import StoreError
@@ -46,8 +47,8 @@ def run(
     again: bool = False,
     warm: bool = False,
     seed: Seed = 0,
-    language: str = "auto",
-    json: bool = False,
+    language: Language = "auto",
+    json: Json = False,
 ) -> int:
     """Measure a batch of motors, several at once where there are several sockets; a batch that was cut off goes on.
 
@@ -87,10 +88,6 @@ def run(
         NAME.
     seed
         Seed of the virtual motors and benches.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     if serials.startswith("-") and serials != "-":

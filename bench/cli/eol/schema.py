@@ -4,19 +4,13 @@ import json
 import sys
 from typing import Any
 
+from bench.cli.options import Language
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import Translate
 
 
-def schema(*, language: str = "auto") -> None:
-    """Print the JSON schema of plan files, for editors that check TOML as it is written.
-
-    Parameters
-    ----------
-    language
-        en, zh, or auto by the locale.
-
-    """
+def schema(*, language: Language = "auto") -> None:
+    """Print the JSON schema of plan files, for editors that check TOML as it is written."""
     from bench.eol.plan import plan_schema
 
     told = _described(plan_schema(), translator(language_of(language)))

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from bench.cli.eol.narrowing_options import ALL_RECORDS, NarrowingOptions, tell_joined
+from bench.cli.options import Json, Language, RecordsAddress
 from bench.cli.output import print_json
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
@@ -19,7 +20,7 @@ Study = Literal["crossed", "range", "type-1", "linearity"]
 
 def stats(
     *batches: str,
-    records: str = "records.sqlite",
+    records: RecordsAddress = "records.sqlite",
     parameter: tuple[str, ...] = (),
     model: str = "",
     golden: tuple[str, ...] = (),
@@ -33,8 +34,8 @@ def stats(
     rule: Annotated[tuple[int, ...], Parameter(consume_multiple=True)] = (),
     confidence: float = 0.95,
     only: NarrowingOptions = ALL_RECORDS,
-    json: bool = False,
-    language: str = "auto",
+    json: Json = False,
+    language: Language = "auto",
 ) -> int:
     """Show yields, failures, capability and control charts of batches, of all where none is named.
 
@@ -42,8 +43,6 @@ def stats(
     ----------
     batches
         The batches' names.
-    records
-        The records: a SQLite file, or postgresql://USER@HOST/NAME.
     parameter
         Only these parameters, with histogram and chart.
     model
@@ -71,12 +70,6 @@ def stats(
         without a change.
     confidence
         Of all intervals.
-    only
-        Which of the batches of one name are meant.
-    json
-        Print one JSON object and nothing else.
-    language
-        en, zh, or auto by the locale.
 
     """
     if not 0.0 < alpha < 1.0 or not 0.5 <= confidence < 1.0:
@@ -100,16 +93,13 @@ def stats(
     from bench.cli.eol.stats_json import statistics_as_dict
     from bench.cli.eol.stats_output import print_statistics
     from bench.eol.line_statistics import line_statistics, parameter_labels
-    from bench.eol.store.database import open_for_reading
+    from bench.eol.store.database import open_for_reading, using
     from bench.eol.store.selection import check_tested
 
-    engine = open_for_reading(records)
-    try:
+    with using(open_for_reading(records)) as engine:
         found, labels = line_statistics(engine, wanted), parameter_labels(engine)
         with engine.connect() as connection:
             check_tested(connection, golden)
-    finally:
-        engine.dispose()
     tell_joined(found.joined, translate)
     if json:
         print_json(statistics_as_dict(found))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from unicodedata import east_asian_width
 
+from bench.cli.options import Json, Language
 from bench.i18n.errors import UsageError, at
 from bench.i18n.language import language_of, translator
 from bench.i18n.simulated import simulation_error
@@ -29,9 +30,9 @@ def six_step(
     speed: list[float] | None = None,
     load: list[float] | None = None,
     voltage: float | None = None,
-    json: bool = False,
+    json: Json = False,
     plot: Path | None = None,
-    language: str = "auto",
+    language: Language = "auto",
 ) -> None:
     """Solve the periodic steady state of a six-step BLDC drive at given speeds or shaft loads.
 
@@ -45,12 +46,8 @@ def six_step(
         Shaft loads in N·m; negative where the shaft is driven.
     voltage
         No-load voltage of the source, V; it replaces the one in the motor file.
-    json
-        Print one JSON object and nothing else.
     plot
         Write currents and voltage components over one commutation state to this SVG or PNG file.
-    language
-        en, zh, or auto by the locale.
 
     """
     from bench.motor.six_step_file import load_drive

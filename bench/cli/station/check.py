@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from bench.cli.options import Json
 from bench.cli.output import padded, print_json, say_broken
 from bench.cli.station.missing_counterparts import as_dict, missing_counterparts, print_missing
 from bench.cli.station.needs import good as needs_met
@@ -58,7 +59,7 @@ def check(
     *procedures: str,
     set_: Annotated[tuple[str, ...], Parameter(name="--set")] = (),
     language: str = "auto",
-    json: bool = False,
+    json: Json = False,
 ) -> int:
     """Open every instrument of a station file, say who answers, when each is due for calibration, which watchdogs are armed,
     and for each procedure what the station lacks or what people are asked for.
@@ -76,8 +77,6 @@ def check(
         A setting of these procedures, as for `motorbench run`.
     language
         en, zh, or auto (by the locale). Default for JSON: en.
-    json
-        Print one JSON object and nothing else.
 
     """
     translate = english if json and language == "auto" else translator(language_of(language))

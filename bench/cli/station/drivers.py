@@ -2,6 +2,7 @@
 
 import sys
 
+from bench.cli.options import Json
 from bench.cli.output import padded, print_catalogue, print_json, say_broken
 from bench.i18n.errors import InputError, UsageError
 from bench.i18n.language import language_of, translator
@@ -14,7 +15,7 @@ from drivers.interfaces.text import Text, Translate, lines, text, text_of, word
 
 
 def drivers(
-    name: str = "", *, station: str = "virtual", language: str = "auto", json: bool = False, markdown: bool = False
+    name: str = "", *, station: str = "virtual", language: str = "auto", json: Json = False, markdown: bool = False
 ) -> int:
     """List the drivers by role, those of safety devices, the simulated instruments and the outputs, and where each comes from.
 
@@ -26,8 +27,6 @@ def drivers(
         A station file. Its plug-ins are listed too.
     language
         en, zh, or auto (by the locale). Default for JSON: en.
-    json
-        Print one JSON object and nothing else.
     markdown
         Print the tables of `docs/reference/instrument-commands.md`, for the named driver or for all that have one.
 

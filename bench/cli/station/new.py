@@ -1,7 +1,6 @@
 """`motorbench station new`: a station file from a scan and a person's answers, checked at the end."""
 
 import sys
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
@@ -10,9 +9,11 @@ from typing import Any
 from tomli_w import dumps
 
 from bench.cli.new_file import refuse_existing
+from bench.cli.options import Language
 from bench.cli.station.check import check
 from bench.cli.station.scan import print_report, request_of, scanned, write_draft
 from bench.discovery.station_draft import Candidate, candidates
+from bench.files.typed_value import typed_value
 from bench.i18n.errors import InputError, message
 from bench.i18n.language import language_of, translator
 from bench.station.driver_options import unit_of_option
@@ -57,7 +58,7 @@ class _Dialogue:
         while True:
             reply = self.ask(question)
             if reply:
-                return _parsed(reply)
+                return typed_value(reply)
             if optional:
                 return None
             self.say(text("this question has no default; enter a value"))
@@ -77,7 +78,7 @@ def new(
     named_only: bool = False,
     within: float = 60.0,
     visa_library: str = "@py",
-    language: str = "auto",
+    language: Language = "auto",
 ) -> int:
     """Look for the instruments, ask for the rest (roles, limits, ratings, watchdogs, fixture), write the station file, and check it.
 
@@ -105,8 +106,6 @@ def new(
         Longest time for the scan, s, 1 to 3600.
     visa_library
         The VISA library, written as in a station file.
-    language
-        en, zh, or auto by the locale.
 
     """
     translate = translator(language_of(language))
@@ -232,11 +231,3 @@ def _limits(talk: _Dialogue, role: Role, made: Mapping[str, Any]) -> dict[str, A
         if value is not None:
             result[key] = value
     return result
-
-
-def _parsed(given: str) -> Any:
-    """Return what was typed as TOML has it; other words are a text."""
-    try:
-        return tomllib.loads(f"value = {given}")["value"]
-    except tomllib.TOMLDecodeError:
-        return given

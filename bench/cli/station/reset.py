@@ -4,6 +4,7 @@ from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 
+from bench.cli.options import Json, Language
 from bench.cli.output import print_json
 from bench.eol.line.preparation.line_file import load_line
 from bench.i18n.errors import UsageError
@@ -17,7 +18,7 @@ from bench.station.station_file import Station
 from drivers.interfaces.text import text
 
 
-def reset(station: Path, *, by: str, json: bool = False, language: str = "auto") -> int:
+def reset(station: Path, *, by: str, json: Json = False, language: Language = "auto") -> int:
     """Allow runs again after an interlock was open; all interlocks must be closed.
 
     Parameters
@@ -26,10 +27,6 @@ def reset(station: Path, *, by: str, json: bool = False, language: str = "auto")
         The station file.
     by
         Name of the person who removed the cause, for the record.
-    json
-        Print one JSON object and nothing else.
-    language
-        en, zh, or auto by the locale.
 
     """
     if not by.strip():

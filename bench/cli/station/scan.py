@@ -7,6 +7,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from bench.cli.new_file import refuse_existing
+from bench.cli.options import Json
 from bench.cli.output import print_json, say_broken
 from bench.discovery.findings import FoundInstrument, ScanReport
 from bench.discovery.scan import ScanRequest
@@ -42,7 +43,7 @@ def scan(
     within: float = 60.0,
     visa_library: str = "@py",
     language: str = "auto",
-    json: bool = False,
+    json: Json = False,
 ) -> int:
     """Look where instruments can be, say who answers and which driver fits; nothing is set, energised or reset.
 
@@ -78,8 +79,6 @@ def scan(
         The VISA library, written as in a station file. Default: that of the station file, if one is given.
     language
         en, zh, or auto (by the locale). Default for JSON: en.
-    json
-        Print one JSON object and nothing else.
 
     """
     translate = english if json and language == "auto" else translator(language_of(language))

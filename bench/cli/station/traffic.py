@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bench.cli.new_file import refuse_existing
+from bench.cli.options import Json, Language
 from bench.cli.output import padded, print_json
 from bench.cli.station.check import NO_MOTOR, DefaultAnswers, held, look
 from bench.i18n.errors import UsageError, at, message
@@ -36,7 +37,7 @@ def record(
     force: bool = False,
     identifiable: bool = False,
     language: str = "auto",
-    json: bool = False,
+    json: Json = False,
 ) -> int:
     """Open every instrument of a station file, ask who it is and how it is set, take a reading, and write down every byte.
 
@@ -54,8 +55,6 @@ def record(
         Keep network addresses and serial numbers in the file.
     language
         en, zh, or auto (by the locale). Default for JSON: en.
-    json
-        Print one JSON object and nothing else.
 
     """
     translate = english if json and language == "auto" else translator(language_of(language))
@@ -111,8 +110,8 @@ def replay(
     host: str = "127.0.0.1",
     base_port: int | None = None,
     station: Path | None = None,
-    language: str = "auto",
-    json: bool = False,
+    language: Language = "auto",
+    json: Json = False,
 ) -> int:
     """Repeat a recording with the present drivers, each with its recorded instrument, and report the differences.
 
@@ -132,10 +131,6 @@ def replay(
         With --serve: first TCP port. Default: the system chooses the ports.
     station
         A station file that names the plug-ins of the recorded drivers.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
 
     """
     recording = read_recording(file, str(station) if station else "")

@@ -1,6 +1,5 @@
 """One virtual motor measured by all procedures of a plan, on a virtual bench of its own."""
 
-import math
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -9,7 +8,7 @@ from pathlib import Path
 
 from bench.distribution.work import Task
 from bench.eol.defects.cases import DefectCase
-from bench.eol.line.judging import MotorJudge
+from bench.eol.line.judging import MotorJudge, half_width
 from bench.eol.line.motor_record import KeptWaveforms
 from bench.eol.line.preparation.line_file import station_of
 from bench.eol.line.preparation.prepare import planned_of
@@ -169,7 +168,7 @@ class _Kept:
     def after(self, attempt: Attempt) -> Next:
         name, before = attempt.planned.name, self.last.get(attempt.planned.name)
         readings = {
-            each.name: FigureReading(each.value, _half(each.coverage_interval), each.unit)
+            each.name: FigureReading(each.value, half_width(each.coverage_interval), each.unit)
             for each in (attempt.result.parameters if attempt.result else ())
         }
         duration = attempt.ended - attempt.started + (before.duration if before else 0.0)
@@ -184,8 +183,3 @@ class _Kept:
         )
         following = self._judge.after(attempt)
         return Next.GO_ON if following is Next.STOP else following
-
-
-def _half(interval: tuple[float, float]) -> float:
-    half = 0.5 * (interval[1] - interval[0])
-    return half if math.isfinite(half) else math.nan

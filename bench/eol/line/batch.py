@@ -1,24 +1,20 @@
 """One batch, from its request to its counts."""
 
-from collections import Counter
 from collections.abc import Sequence
 from contextlib import closing, nullcontext
-from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import IO
 
-from bench.eol.admission_rule import takes_again
-from bench.eol.exports.json_lines import motor_as_dict
 from bench.eol.line.admission.admission_desk import AdmissionDesk
 from bench.eol.line.admission.golden_gate import GoldenGate
-from bench.eol.line.admission.next_motor import Admission, RefusedSerial
+from bench.eol.line.admission.next_motor import Admission
 from bench.eol.line.admission.serial_numbers import QueuedSerials, ScannedSerials, SerialNumbers, open_serials
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog, BatchMotor
-from bench.eol.line.brakes import AppliedBrake
 from bench.eol.line.calibration_watch import CalibrationWatch
 from bench.eol.line.coordinator import Coordinator
+from bench.eol.line.counts import CountingListener, Counts
 from bench.eol.line.motor_record import left_on_by_guardian
 from bench.eol.line.panel_channel import PanelChannel
 from bench.eol.line.preparation.decidable_limits import DecidableLimits
@@ -36,53 +32,21 @@ from bench.eol.line.record_writer import RecordWriter, open_record_writer
 from bench.eol.line.warm_up import WarmUp
 from bench.eol.line.workers.messages import Batch
 from bench.eol.line.workers.worker_process import ForkServer
-from bench.eol.motor_yield import MotorYield
 from bench.eol.plan import Plan, PlannedCheck
-from bench.eol.plan_file import ANY_SERIAL, RetestSection
+from bench.eol.plan_file import ANY_SERIAL
 from bench.eol.plans_beside import check_serial
-from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan
 from bench.eol.store.faults import StoreError
 from bench.eol.store.records import BatchResult
-from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import UsageError
 from bench.plugins.records import RecordOutputs
 from bench.safety.ownership.owner import Owner
 from bench.safety.ownership.stations import owning_stations
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import text
 
 #: So many serial numbers that were scanned and not tested are named.
 _NAMED = 20
-
-
-@dataclass
-class Counts:
-    """Outcome of a batch's tests, by verdict, golden motors' beside them; yields by motor; serial numbers refused.
-
-    `untested` are those refused that the batch has not tested either, before or after. `brakes` are those that applied, `undecidable`
-    tells of limits that the station cannot decide; `waits` is what still waits at the end. Motors of `no_verdict` ended with an error
-    or were aborted, and the plan takes them again.
-    """
-
-    verdicts: Counter[str] = field(default_factory=Counter)
-    by_motor: MotorYield = field(default_factory=MotorYield)
-    golden: Counter[str] = field(default_factory=Counter)
-    refused: int = 0
-    untested: set[str] = field(default_factory=set)
-    no_verdict: set[str] = field(default_factory=set)
-    brakes: list[AppliedBrake] = field(default_factory=list)
-    #: Whether the line itself ended the batch before its end, and why where no brake says it.
-    unfinished: bool = False
-    held_up: Text | None = None
-    undecidable: tuple[Text, ...] = ()
-    waits: Waiting = field(default_factory=Waiting)
-    bench_time: float = 0.0
-
-    @property
-    def motors(self) -> int:
-        """The tests of motors with a record, golden ones' not among them."""
-        return sum(self.verdicts.values())
 
 
 def run_batch(
@@ -181,7 +145,7 @@ def _run(
             nullcontext(fork_server) if fork_server else closing(ForkServer()) as workers,
             closing(_outputs(plan, line, folder, BatchListener(listener, panel))) as outputs,
         ):
-            heard = BatchListener(_Counting(counts, outputs, plan.again), listener, panel)
+            heard = BatchListener(CountingListener(counts, outputs, plan.again), listener, panel)
             limits = DecidableLimits(prepared, heard.noted)
             listeners = BatchListener(heard, limits)
             limits.before(uncertainties)
@@ -325,35 +289,3 @@ def _begun_before(log: BatchLog, own: Sequence[BatchResult]) -> tuple[list[Batch
     kept = {result.number for result in own}
     cut_off = {motor.number: motor for motor in log.begun() if motor.number not in kept}
     return list(cut_off.values()), max(log.last, *kept) if kept else log.last
-
-
-class _Counting(BatchListener):
-    """Counts motors by verdict, and hands their records to outputs."""
-
-    def __init__(self, counts: Counts, outputs: RecordOutputs, again: RetestSection) -> None:
-        self._counts, self._outputs, self._again = counts, outputs, again
-
-    def begun(self, motor: BatchMotor, socket: str) -> None:
-        if motor.judged_before:
-            self._counts.by_motor.judged_before(motor.serial_number)
-
-    def done(self, record: MotorRecord) -> None:
-        (self._counts.golden if record.golden else self._counts.verdicts)[record.verdict.value] += 1
-        self._counts.by_motor.add(record)
-        self._counts.untested.discard(record.serial_number)
-        if not record.golden:
-            self._counts.no_verdict.discard(record.serial_number)
-            if takes_again(record.verdict, record.test_number, self._again):
-                self._counts.no_verdict.add(record.serial_number)
-        self._counts.bench_time += record.bench_time
-        # It is kept already: whatever becomes of it here, no record is lost.
-        if self._outputs.wanted:
-            self._outputs.hand(motor_as_dict(record))
-
-    def refused(self, refused: RefusedSerial) -> None:
-        self._counts.refused += 1
-        if not refused.taken:
-            self._counts.untested.add(refused.serial_number)
-
-    def braked(self, brake: AppliedBrake) -> None:
-        self._counts.brakes.append(brake)

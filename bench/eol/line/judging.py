@@ -91,7 +91,7 @@ class MotorJudge:
 
     def _measured(self, parameter: Parameter) -> MeasuredFigure:
         limits = self._limits.get(parameter.name, _NO_LIMITS)
-        expanded = _half(parameter.coverage_interval)
+        expanded = half_width(parameter.coverage_interval)
         judgement = judge(parameter.value, expanded, limits, self._guard)
         own = parameter.own_definition
         least = least_ratio(self._guard, self._minimum_ratio, limits)
@@ -214,6 +214,7 @@ def described(figure: MeasuredFigure) -> Text:
     return text("{parameter} = {value}, limits {limits}", parameter=label, value=said, limits=limits)
 
 
-def _half(interval: tuple[float, float]) -> float:
+def half_width(interval: tuple[float, float]) -> float:
+    """Return half of an interval's width; NaN where it has an end that is infinite."""
     half = 0.5 * (interval[1] - interval[0])
     return half if math.isfinite(half) else math.nan

@@ -14,7 +14,7 @@ from bench.eol.line.admission.serial_register import SerialRegister
 from bench.eol.line.stop_request import StopRequest
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan, keep_plan
-from bench.eol.store.database import NoDatabaseError, database_url, open_database, open_for_reading
+from bench.eol.store.database import NoDatabaseError, database_url, open_database, open_for_reading, using
 from bench.eol.store.faults import FAULTS, StoreError, fault_of
 from bench.eol.store.forwarder import Forwarder
 from bench.eol.store.forwarding import ForwardingRecords
@@ -214,11 +214,8 @@ def _check_has_records(server: str) -> None:
 @contextmanager
 def own_records(reference: str) -> Iterator[Records]:
     """Give the records of a database as `open_record_writer` takes it. Raises NoDatabaseError where there are none."""
-    engine = open_for_reading(reference)
-    try:
+    with using(open_for_reading(reference)) as engine:
         yield Records(engine)
-    finally:
-        engine.dispose()
 
 
 def save_with_retries(

@@ -102,6 +102,15 @@ def open_for_reading(reference: str) -> Engine:
         raise
 
 
+@contextmanager
+def using(engine: Engine) -> Iterator[Engine]:
+    """Use a database within the block; its connections are given up at the end."""
+    try:
+        yield engine
+    finally:
+        engine.dispose()
+
+
 def migrate_database(reference: str, tell: Callable[[Text], None] = lambda _: None) -> tuple[str, str]:
     """Bring a database's tables up to this program's version, all or nothing; return the versions before and after.
 

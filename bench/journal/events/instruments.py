@@ -8,7 +8,6 @@ from drivers.interfaces import Identity, Watchdog
 from procedures.core.events import Event, optional
 
 
-@dataclass(frozen=True, kw_only=True)
 class InstrumentOpened(Event, kind="instrument_opened"):
     """The instrument of a role was opened: who answers there, and its watchdog where one is armed."""
 
@@ -19,7 +18,6 @@ class InstrumentOpened(Event, kind="instrument_opened"):
     watchdog: Watchdog | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
 class InstrumentFailed(Event, kind="instrument_error", closing=True):
     """A call to an instrument ended in an error; `driver` and `address` stand where it could not be opened."""
 
@@ -32,7 +30,6 @@ class InstrumentFailed(Event, kind="instrument_error", closing=True):
     error: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class InstrumentCall(Event):
     """A call to the instrument of a role, with its arguments in order and by name."""
 
@@ -42,17 +39,14 @@ class InstrumentCall(Event):
     named: Mapping[str, Any] = optional({})
 
 
-@dataclass(frozen=True, kw_only=True)
 class Commanding(InstrumentCall, kind="commanding", durable=True):
     """A call is about to energise or move something by itself, or to change the energy in an energised block."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class SettingDone(InstrumentCall, kind="setting"):
     """A call was done that gives nothing."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class ReadingTaken(InstrumentCall, kind="reading"):
     """A call was done and gave a value: the reading's fields by name, or the value itself."""
 
@@ -68,7 +62,6 @@ class WaveformFile:
     bytes: int = 0
 
 
-@dataclass(frozen=True, kw_only=True)
 class WaveformsTaken(InstrumentCall, kind="waveforms"):
     """A call was done and gave samples: their file, and by channel where in it, how many, unit, converter step and clipping."""
 
@@ -76,31 +69,26 @@ class WaveformsTaken(InstrumentCall, kind="waveforms"):
     value: Mapping[str, Any]
 
 
-@dataclass(frozen=True, kw_only=True)
 class Energising(InstrumentCall, kind="energising", durable=True):
     """An energised block is about to be entered."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class Energised(InstrumentCall, kind="energised"):
     """An energised block was entered."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class DeEnergising(InstrumentCall, kind="de_energising", closing=True):
     """An energised block is about to be left because of an error."""
 
     error: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class DeEnergised(InstrumentCall, kind="de_energised", closing=True):
     """An energised block was left; `error` says why it may be on still, None where it is off."""
 
     error: str | None = optional()
 
 
-@dataclass(frozen=True, kw_only=True)
 class TrafficSeen(Event, kind="traffic"):
     """Something went over the wire to or from an instrument."""
 

@@ -59,7 +59,6 @@ class StationReference:
     instruments: Mapping[str, InstrumentEntry] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
 class RunBegun(Event):
     """A session of a run begins: with what, by whom, and what is measured.
 
@@ -95,17 +94,14 @@ class RunBegun(Event):
     watchdogs: Sequence[Mapping[str, Any]] | None = optional()
 
 
-@dataclass(frozen=True, kw_only=True)
 class RunStarted(RunBegun, kind="run_started", durable=True):
     """A run begins."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class RunResumed(RunBegun, kind="run_resumed", durable=True):
     """A run goes on at its first procedure that is not finished."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class RehearsalStarted(Event, kind="rehearsal_started"):
     """A rehearsal begins; its folder, files, procedures and settings."""
 
@@ -119,7 +115,6 @@ class RehearsalStarted(Event, kind="rehearsal_started"):
     software: Mapping[str, str]
 
 
-@dataclass(frozen=True, kw_only=True)
 class RunFinished(Event, kind="run_finished", durable=True, closing=True):
     """A session of a run has ended: completed, failed or aborted, why, and how long it took (s of bench, of wall time and of hand work).
 
@@ -128,14 +123,13 @@ class RunFinished(Event, kind="run_finished", durable=True, closing=True):
 
     status: str
     cause: str = ""
-    told: StoredSentence | None = optional()  # noqa: RUF009  a field, made anew for each class
+    told: StoredSentence | None = optional()
     bench_time: float
     wall_time: float
     guardian: GuardianEnd | None = None
     hand_time: float = optional(default=0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
 class ProcedureStarted(Event, kind="procedure_started"):
     """A procedure begins: its settings, the values in its sentences, and its steps' sentences in the run's language."""
 
@@ -146,31 +140,27 @@ class ProcedureStarted(Event, kind="procedure_started"):
     steps: Mapping[str, str]
 
 
-@dataclass(frozen=True, kw_only=True)
 class ProcedureFinished(Event, kind="procedure_finished", durable=True):
     """A procedure has come to its end."""
 
     result: StoredResult
 
 
-@dataclass(frozen=True, kw_only=True)
 class PartialResultMade(Event, kind="partial_result", durable=True):
     """Results from the data that a procedure had taken before an error or an abort."""
 
     result: StoredResult
 
 
-@dataclass(frozen=True, kw_only=True)
 class ProcedureFailed(Event, kind="procedure_failed", durable=True, closing=True):
     """A procedure ended by an error: why, in the run's language and (`told`) for any language; `trace` is the program's."""
 
     procedure: str
     cause: str
-    told: StoredSentence | None = optional()  # noqa: RUF009  a field, made anew for each class
+    told: StoredSentence | None = optional()
     trace: Sequence[str] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
 class KnownBefore(Event, kind="known_before"):
     """A warning before anything is energised, of one procedure or (empty) of the run; its sentence as it was shown."""
 
@@ -179,7 +169,6 @@ class KnownBefore(Event, kind="known_before"):
     message: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class CapabilityNotChecked(Event, kind="not_foreseen"):
     """The capability of the instruments could not be checked for a procedure, and why."""
 
@@ -187,14 +176,12 @@ class CapabilityNotChecked(Event, kind="not_foreseen"):
     cause: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class ConsistencyChecked(Event, kind="consistency_checked"):
     """Conclusion from the figures of all procedures together."""
 
     warnings: Sequence[StoredNotice]
 
 
-@dataclass(frozen=True, kw_only=True)
 class LeaseBegun(Event, kind="lease"):
     """Shared instruments are reserved for this run, after a wait (s of bench time)."""
 
@@ -202,35 +189,30 @@ class LeaseBegun(Event, kind="lease"):
     waited: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class LeaseEnded(Event, kind="lease_ended"):
     """They are given back; what went wrong as they were closed."""
 
     faults: Sequence[str]
 
 
-@dataclass(frozen=True, kw_only=True)
 class FaultBegan(Event, kind="fault_began"):
     """An injected fault of a virtual bench begins."""
 
     fault: Mapping[str, Any]
 
 
-@dataclass(frozen=True, kw_only=True)
 class FaultMended(Event, kind="fault_mended"):
     """An injected fault of a virtual bench is over."""
 
     fault: Mapping[str, Any]
 
 
-@dataclass(frozen=True, kw_only=True)
 class ClockSetBack(Event, kind="clock_set_back"):
     """The computer's clock was set back (s)."""
 
     seconds: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class RecordFailed(Event, kind="record_failed", durable=True, closing=True):
     """An event of the kind `lost` could not be written."""
 

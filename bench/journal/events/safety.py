@@ -44,7 +44,6 @@ class InterlocksStart:
     reset: Mapping[str, Any] | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
 class ShutdownStarted(Event, kind="way_down_started", closing=True):
     """The shutdown begins, and why; how long (s) after a request to stop the run was interrupted, and this began."""
 
@@ -53,7 +52,6 @@ class ShutdownStarted(Event, kind="way_down_started", closing=True):
     started_after: float | None = optional()
 
 
-@dataclass(frozen=True, kw_only=True)
 class ItemDone(Event):
     """An item of the shutdown sequence of a role: `safe`, or `failed` and why; and what was measured."""
 
@@ -65,12 +63,10 @@ class ItemDone(Event):
     unit: str | None = optional()
 
 
-@dataclass(frozen=True, kw_only=True)
 class MadeSafe(ItemDone, kind="made_safe", closing=True):
     """An item of the shutdown sequence was done, or could not be."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class InterlockOpened(Event, kind="interlock_opened"):
     """An interlock has opened; `not_kept` says why the trip could not be stored, None if it is stored."""
 
@@ -79,7 +75,6 @@ class InterlockOpened(Event, kind="interlock_opened"):
     not_kept: str | None = optional()
 
 
-@dataclass(frozen=True, kw_only=True)
 class WatchdogRelayPickedUp(Event, kind="watchdog_relay_picked_up"):
     """A watchdog relay has closed its contact; it drops out after `time` (s) without a feed."""
 
@@ -88,7 +83,6 @@ class WatchdogRelayPickedUp(Event, kind="watchdog_relay_picked_up"):
     setting: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class WatchdogRelayDroppedOut(Event, kind="watchdog_relay_dropped_out"):
     """A watchdog relay was told to open its contact, and what went wrong."""
 
@@ -96,7 +90,6 @@ class WatchdogRelayDroppedOut(Event, kind="watchdog_relay_dropped_out"):
     faults: Sequence[str]
 
 
-@dataclass(frozen=True, kw_only=True)
 class WatchdogRelayLost(Event, kind="watchdog_relay_lost"):
     """A watchdog relay has dropped out by itself, or does not answer."""
 
@@ -104,14 +97,12 @@ class WatchdogRelayLost(Event, kind="watchdog_relay_lost"):
     error: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class GuardianReady(Event, kind="guardian_ready", durable=True):
     """The guardian watches; how far its own record reaches."""
 
     record: RecordEnd
 
 
-@dataclass(frozen=True, kw_only=True)
 class GuardianStarted(Event, kind="started"):
     """A guardian begins its record: its process and the run's, the token that the run's journal holds, the roles it guards."""
 
@@ -121,7 +112,6 @@ class GuardianStarted(Event, kind="started"):
     roles: Sequence[str] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
 class GuardianConnected(Event, kind="ready"):
     """A guardian is ready: the roles it is connected to, errors by role of those it is not, and how long that took (s)."""
 
@@ -130,14 +120,12 @@ class GuardianConnected(Event, kind="ready"):
     seconds: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class GuardianTakesOver(Event, kind="took"):
     """A guardian takes the shutdown over, and why."""
 
     cause: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class GuardianShutdownDone(Event, kind="walked"):
     """A guardian has done the shutdown: how long it took (s), and what could not be done."""
 
@@ -145,12 +133,10 @@ class GuardianShutdownDone(Event, kind="walked"):
     failed: Sequence[str]
 
 
-@dataclass(frozen=True, kw_only=True)
 class GuardianMeasured(ItemDone, kind="measured"):
     """A guardian measured whether a role is safe."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class GuardianLeft(Event, kind="left"):
     """A guardian leaves: where the run's journal ended, None where it cannot be read, and the digest of this event itself."""
 

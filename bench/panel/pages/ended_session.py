@@ -32,8 +32,7 @@ def offer_abort(call: Callable[[], Awaitable[Text | None]], *buttons: ui.element
 
 def abort_of(client: Client) -> Abort | None:
     """Return how a page aborts, where there is something to abort."""
-    abort: Abort | None = client.storage.get(_KEY)
-    return abort
+    return client.storage.get(_KEY)
 
 
 def show_ended(client: Client, session: Session) -> None:

@@ -115,8 +115,7 @@ class SocketGuard:
 
 
 def _session_of(client: Client) -> Session | None:
-    session: Session | None = getattr(client.request.state, "session", None)
-    return session
+    return getattr(client.request.state, "session", None)
 
 
 def _session_in(environ: Mapping[str, Any] | None) -> Session | None:

@@ -284,9 +284,9 @@ def stand(
         yield made
 
 
-def rounded(value: float, digits: int = 3) -> float:
-    """Return a number of so many digits, not larger than it was."""
+def rounded(value: float) -> float:
+    """Return a number of three digits, not larger than it was."""
     if value == 0.0 or not math.isfinite(value):
         return value
-    scale = 10.0 ** (digits - 1 - math.floor(math.log10(abs(value))))
+    scale = 10.0 ** (2 - math.floor(math.log10(abs(value))))
     return math.floor(value * scale) / scale

@@ -3,7 +3,7 @@
 import logging
 import struct
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol, cast
 from urllib.parse import urlsplit
@@ -115,17 +115,12 @@ class ModbusLine:
         Raises ReportedError for a Modbus exception, CommunicationError for no or a wrong reply.
         """
         command = f"read {count} × {address:04X}H of unit {unit} ({what})"
-        self._trace("write", command)
-        with self._lock, self.calls.exchange():
-            try:
-                with self._limited():
-                    reply = self._client.read_holding_registers(address, count=count, device_id=unit)
-            except LINE_ERRORS:
-                reply = self._repeat(command, unit, address, count)
-        self._check(reply, command, unit, address)
-        registers = list(reply.registers)
-        if self._traffic is not None:
-            self._traffic("read", " ".join(f"{register:04X}" for register in registers))
+
+        def asked() -> ModbusPDU:
+            return self._client.read_holding_registers(address, count=count, device_id=unit)
+
+        registers = list(self._exchanged(command, unit, address, asked, repeated=True).registers)
+        self._trace("read", " ".join(f"{register:04X}" for register in registers))
         if len(registers) != count:
             raise CommunicationError(
                 self.name,
@@ -137,38 +132,22 @@ class ModbusLine:
     def write(self, unit: int, address: int, value: int, what: str) -> None:
         """Write one register of a unit (function 6); errors as for `read`."""
         command = f"write {value:04X} to {address:04X}H of unit {unit} ({what})"
-        self._trace("write", command)
-        try:
-            with self._lock, self.calls.exchange(), self._limited():
-                reply = self._client.write_register(address, value, device_id=unit)
-        except LINE_ERRORS as error:
-            raise self._silence(command, error) from error
-        self._check(reply, command, unit, address)
+        self._exchanged(command, unit, address, lambda: self._client.write_register(address, value, device_id=unit))
         self._trace("read", "done")
 
     def write_block(self, unit: int, address: int, values: Sequence[int], what: str) -> None:
         """Write consecutive registers of a unit (function 16); errors as for `read`."""
         said = " ".join(f"{value:04X}" for value in values)
         command = f"write {said} to {address:04X}H of unit {unit} ({what})"
-        self._trace("write", command)
-        try:
-            with self._lock, self.calls.exchange(), self._limited():
-                reply = self._client.write_registers(address, list(values), device_id=unit)
-        except LINE_ERRORS as error:
-            raise self._silence(command, error) from error
-        self._check(reply, command, unit, address)
+        self._exchanged(
+            command, unit, address, lambda: self._client.write_registers(address, list(values), device_id=unit)
+        )
         self._trace("read", "done")
 
     def read_coil(self, unit: int, number: int, what: str) -> bool:
         """Return one coil of a unit (function 1); not repeated, errors otherwise as for `read`."""
         command = f"read coil {number} of unit {unit} ({what})"
-        self._trace("write", command)
-        try:
-            with self._lock, self.calls.exchange(), self._limited():
-                reply = self._client.read_coils(number, count=1, device_id=unit)
-        except LINE_ERRORS as error:
-            raise self._silence(command, error) from error
-        self._check(reply, command, unit, number)
+        reply = self._exchanged(command, unit, number, lambda: self._client.read_coils(number, count=1, device_id=unit))
         if not reply.bits:
             raise CommunicationError(self.name, text("a reply without a bit"), command=command)
         self._trace("read", str(int(reply.bits[0])))
@@ -177,13 +156,7 @@ class ModbusLine:
     def write_coil(self, unit: int, number: int, value: bool, what: str) -> None:
         """Write one coil of a unit (function 5); errors as for `read`."""
         command = f"write {int(value)} to coil {number} of unit {unit} ({what})"
-        self._trace("write", command)
-        try:
-            with self._lock, self.calls.exchange(), self._limited():
-                reply = self._client.write_coil(number, value, device_id=unit)
-        except LINE_ERRORS as error:
-            raise self._silence(command, error) from error
-        self._check(reply, command, unit, number)
+        self._exchanged(command, unit, number, lambda: self._client.write_coil(number, value, device_id=unit))
         self._trace("read", "done")
 
     def reopen(self) -> None:
@@ -201,12 +174,23 @@ class ModbusLine:
         with self._lock:
             self._client.close()
 
-    def _repeat(self, command: str, unit: int, address: int, count: int) -> ModbusPDU:
-        try:
-            with self._limited():
-                return self._client.read_holding_registers(address, count=count, device_id=unit)
-        except LINE_ERRORS as error:
-            raise self._silence(command, error) from error
+    def _exchanged(
+        self, command: str, unit: int, address: int, ask: Callable[[], ModbusPDU], *, repeated: bool = False
+    ) -> ModbusPDU:
+        """Return what a unit replies to a request, which may be `repeated` once where no usable reply comes."""
+        self._trace("write", command)
+        with self._lock, self.calls.exchange():
+            while True:
+                try:
+                    with self._limited():
+                        reply = ask()
+                    break
+                except LINE_ERRORS as error:
+                    if not repeated:
+                        raise self._silence(command, error) from error
+                    repeated = False
+        self._check(reply, command, unit, address)
+        return reply
 
     @contextmanager
     def _limited(self) -> Iterator[None]:

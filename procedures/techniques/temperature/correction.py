@@ -128,5 +128,4 @@ def magnet_factor(
     """
     known = abs(coefficient) * MAGNET_SPREAD if half_width is None else half_width
     magnets = uncertainties.limit("magnets' temperature coefficient", coefficient, known)
-    factor: UncertainReal = 1.0 / (1.0 + magnets * (measured_at - COLD))
-    return factor
+    return 1.0 / (1.0 + magnets * (measured_at - COLD))

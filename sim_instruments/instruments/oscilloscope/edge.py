@@ -85,8 +85,7 @@ class EdgeFinder:
         self._side = int(sides[-1])
         change = sides[1:].astype(np.int16) - sides[:-1]
         wanted = {"POS": change == 2, "NEG": change == -2, "EITH": np.abs(change) == 2}[edge.slope]
-        result: list[int] = np.flatnonzero(wanted).tolist()
-        return result
+        return np.flatnonzero(wanted).tolist()
 
     def _refine(self, times: FloatArray, index: int) -> float:
         low, high = float(times[max(index - 1, 0)]), float(times[index])

@@ -66,8 +66,7 @@ def _plain(signal: FloatArray, share: float, *, rising: bool) -> FloatArray:
     height = (signal - base) / (top - base) if top > base else np.zeros_like(signal)
     before, after = height[:-1], height[1:]
     at = np.flatnonzero((before < share) & (after >= share) if rising else (before > share) & (after <= share))
-    result: FloatArray = at + (share - before[at]) / (after[at] - before[at])
-    return result
+    return at + (share - before[at]) / (after[at] - before[at])
 
 
 def period(signal: FloatArray) -> float:

@@ -27,8 +27,7 @@ class BridgeError:
     def of_legs(self, currents: FloatArray) -> FloatArray:
         """Return what the legs lose (V, shape of `currents`) at their momentary currents (A)."""
         share = np.sign(currents) if self.knee == 0.0 else np.clip(currents / self.knee, -1.0, 1.0)
-        result: FloatArray = self.step * share + self.resistance * currents
-        return result
+        return self.step * share + self.resistance * currents
 
     def fundamental(self, amplitude: FloatArray) -> FloatArray:
         """Return the amplitude (V) of the fundamental that legs with sinusoidal currents lose, at their amplitudes (A).

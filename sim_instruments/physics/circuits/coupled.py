@@ -37,8 +37,7 @@ class CoupledNetwork(Network, ABC):
     @property
     def reach(self) -> FloatArray:
         """Directions of the currents that are free where the source's current is fixed."""
-        result: FloatArray = block_diag(self._wiring.reach, np.eye(self._circuits))
-        return result
+        return block_diag(self._wiring.reach, np.eye(self._circuits))
 
     def loop_currents(self, winding_currents: FloatArray, angle: float) -> FloatArray:
         """Return the loop currents (A) as a network without the circuits has them, and the circuits' currents after them."""

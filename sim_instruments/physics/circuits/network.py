@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg.lapack import dsygvd
 
 from sim_instruments.physics.circuits.small import solve_small
+from sim_instruments.physics.circuits.source import Source, VoltageSource
 from sim_instruments.physics.circuits.windings import FloatArray, Windings
 from sim_instruments.physics.circuits.wiring import wiring
 from sim_instruments.physics.motor.saturation import AxisLaw
@@ -72,6 +73,19 @@ class Network:
         """Directions (loops, loops − 1) of the loop currents that are free where the source's current is fixed."""
         return self._wiring.reach
 
+    def imposed(self, source: Source) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return what a source makes of the loops: directions (loops, free) of the free currents, the currents (A) that it fixes, and its
+        voltage (V) less what these drop, with its slope (V/s).
+        """
+        if isinstance(source, VoltageSource):
+            return np.eye(self.loops), np.zeros(self.loops), self.drive * source.voltage, self.drive * source.slope
+        fixed = self.drive * (source.current / float(self.drive @ self.drive))
+        return self.reach, fixed, -self.damping @ fixed, np.zeros(self.loops)
+
+    def behind(self, needed: FloatArray) -> FloatArray:
+        """Return the voltage (V, shape (n,)) behind the source's resistance, from what the loops need (V, shape (loops, n))."""
+        return self.drive @ needed / float(self.drive @ self.drive)
+
     @property
     def principal_loops(self) -> tuple[tuple[bool, bool, bool], FloatArray]:
         """The presence of the source's loop, the other one, and a delta's zero sequence, and their directions (loops, 3) in the
@@ -92,8 +106,7 @@ class Network:
     def inertance(self, angle: float) -> FloatArray:
         """Return M = basisᵀ·L(θ)·basis (H) at an electrical angle."""
         mean, cos, sin = self._inertances
-        result: FloatArray = mean + math.cos(2.0 * angle) * cos + math.sin(2.0 * angle) * sin
-        return result
+        return mean + math.cos(2.0 * angle) * cos + math.sin(2.0 * angle) * sin
 
     @cached_property
     def _inertances(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -106,8 +119,7 @@ class Network:
 
     def axis_shares(self, angle: float) -> FloatArray:
         """Return the loops' shares (2, loops) in the currents of d and q axis at an electrical angle."""
-        result: FloatArray = (2.0 / 3.0) * self.windings.axes(angle) @ self.basis
-        return result
+        return (2.0 / 3.0) * self.windings.axes(angle) @ self.basis
 
     def axis_inertances(self, angle: float) -> tuple[FloatArray, ...]:
         """Return Z (H), D and Q (loops×loops each) of M = Z + Ld·D + Lq·Q at an electrical angle."""
@@ -142,6 +154,10 @@ class Network:
         emf = windings.emf_per_speed(np.array([angle]))[:, 0]
         slope = windings.inductance_slope(angle) @ (self.basis @ loops)
         left = -self.damping @ loops - electrical_speed * (self.basis.T @ (slope + emf))
+        return self._constant_by(loops, angle, left)
+
+    def _constant_by(self, loops: FloatArray, angle: float, left: FloatArray) -> float:
+        """Return the source voltage (V) that keeps its current, with what is left (V, shape (loops,)) for the inductances without it."""
         inertance, reach = self.differential_inertance(loops, angle), self.reach
         slopes = (
             reach @ solve_small(reach.T @ inertance @ reach, reach.T @ left) if reach.size else np.zeros(self.loops)
@@ -150,13 +166,11 @@ class Network:
 
     def source_current(self, winding_currents: FloatArray) -> FloatArray:
         """Return the current (A, shape (n,)) that the source delivers at winding currents (3, n)."""
-        result: FloatArray = self._plus @ winding_currents
-        return result
+        return self._plus @ winding_currents
 
     def terminal_currents(self, winding_currents: FloatArray) -> FloatArray:
         """Return the currents (A, shape (3, n)) into the terminals."""
-        result: FloatArray = self.windings.incidence @ winding_currents
-        return result
+        return self.windings.incidence @ winding_currents
 
     def node_potentials(
         self, drops: FloatArray, winding_currents: FloatArray, source_voltage: FloatArray

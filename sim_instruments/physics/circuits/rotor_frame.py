@@ -40,14 +40,12 @@ class RotorFrame:
             return needed
         size = np.abs(current)
         direction = current / np.where(size > 0.0, size, 1.0)
-        result: ComplexArray = needed + self.bridge.fundamental(size) * direction
-        return result
+        return needed + self.bridge.fundamental(size) * direction
 
     def induced(self, current: ComplexArray, slope: ComplexArray, speed: FloatArray) -> ComplexArray:
         """Return the voltage (V) that currents (A) take to change by a slope (A/s): ∂ψ/∂t along it."""
         ahead = slope * _SHORT
-        result: ComplexArray = (self.flux(current + ahead, speed) - self.flux(current - ahead, speed)) / (2.0 * _SHORT)
-        return result
+        return (self.flux(current + ahead, speed) - self.flux(current - ahead, speed)) / (2.0 * _SHORT)
 
     def within(self, wanted: complex, speed: FloatArray, limit: float, most: float) -> tuple[ComplexArray, FloatArray]:
         """Return the currents (A) that flow where `wanted` is regulated within a voltage (V), and where (1.0) that limits them.
@@ -64,8 +62,7 @@ class RotorFrame:
     def _limited(self, wanted: complex, speed: FloatArray, limit: float, most: float) -> ComplexArray:
         def size(q_current: FloatArray) -> FloatArray:
             currents: ComplexArray = np.asarray(wanted.real + 1j * q_current, dtype=np.complex128)
-            result: FloatArray = np.abs(self.voltage(currents, speed))
-            return result
+            return np.abs(self.voltage(currents, speed))
 
         # |u| over the q current is a bowl.
         low, high = np.full(len(speed), -most), np.full(len(speed), most)

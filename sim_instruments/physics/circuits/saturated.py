@@ -43,14 +43,7 @@ class SaturatedTransient:
         self.start = start
         self.source = source
         self._saturation = saturation
-        loops = network.loops
-        force = slope = np.zeros(loops)
-        if isinstance(source, VoltageSource):
-            self._reach, self._offset = np.eye(loops), np.zeros(loops)
-            force, slope = network.drive * source.voltage, network.drive * source.slope
-        else:
-            self._reach = network.reach
-            self._offset = network.drive * (source.current / float(network.drive @ network.drive))
+        self._reach, self._offset, force, slope = network.imposed(source)
         reach = self._reach
         self._inertances = network.axis_inertances(angle)
         zero, *parts = (reach.T @ part @ reach for part in self._inertances)
@@ -58,7 +51,7 @@ class SaturatedTransient:
         shares = network.axis_shares(angle)
         self._shares, self._bias = shares @ reach, shares @ self._offset
         self._damping = reach.T @ network.damping @ reach
-        self._force, self._slope = reach.T @ (force - network.damping @ self._offset), reach.T @ slope
+        self._force, self._slope = reach.T @ force, reach.T @ slope
         #: Decay rates (1/s) where the inductances are largest.
         self.rates = modes(self._damping, _sum(zero, saturation.largest, parts))[0]
         self._begin: FloatArray = reach.T @ (initial - self._offset)
@@ -72,8 +65,7 @@ class SaturatedTransient:
 
     def loop_currents(self, times: FloatArray) -> FloatArray:
         """Return the loop currents (A, shape (loops, n))."""
-        result: FloatArray = self._offset[:, np.newaxis] + self._reach @ self._free(times)
-        return result
+        return self._offset[:, np.newaxis] + self._reach @ self._free(times)
 
     def loop_slopes(self, times: FloatArray) -> FloatArray:
         """Return the derivatives of the loop currents (A/s, shape (loops, n))."""
@@ -87,13 +79,11 @@ class SaturatedTransient:
         ]
         inertances = _sum(self._zero, inductances, self._parts)
         forces = self._force[:, np.newaxis] + self._slope[:, np.newaxis] * passed - self._damping @ free
-        result: FloatArray = self._reach @ solve_each(inertances, forces)
-        return result
+        return self._reach @ solve_each(inertances, forces)
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
-        result: FloatArray = self.network.basis @ self.loop_currents(times)
-        return result
+        return self.network.basis @ self.loop_currents(times)
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
         """Return the voltage (V) behind the source's resistance."""
@@ -103,8 +93,7 @@ class SaturatedTransient:
         currents, slopes = self.loop_currents(times), self.loop_slopes(times)
         zero_part, *parts = (part @ slopes for part in self._inertances)
         needed = _sum(zero_part, self._inductances(currents), parts) + network.damping @ currents
-        result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
-        return result
+        return network.behind(needed)
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""

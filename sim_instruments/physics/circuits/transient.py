@@ -23,15 +23,7 @@ class LinearTransient:
         self.start = start
         self.source = source
         self._inertance = network.inertance(angle)
-        if isinstance(source, VoltageSource):
-            self._reach = np.eye(network.loops)
-            self._offset = np.zeros(network.loops)
-            force, slope = network.drive * source.voltage, network.drive * source.slope
-        else:
-            self._reach = network.reach
-            self._offset = network.drive * (source.current / float(network.drive @ network.drive))
-            force, slope = -network.damping @ self._offset, np.zeros(network.loops)
-        reach = self._reach
+        reach, self._offset, force, slope = network.imposed(source)
         self.rates, shapes = modes(reach.T @ network.damping @ reach, reach.T @ self._inertance @ reach)
         self._shapes = reach @ shapes
         # Each mode z' = −λ·z + f + s·τ has the particular solution (f + s·τ)/λ − s/λ².
@@ -80,8 +72,7 @@ class LinearTransient:
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
-        result: FloatArray = self.network.basis @ self.loop_currents(times)
-        return result
+        return self.network.basis @ self.loop_currents(times)
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
         """Return the voltage (V) behind the source's resistance."""
@@ -89,25 +80,22 @@ class LinearTransient:
             return self.source.at(times)
         network = self.network
         needed = self._inertance @ self.loop_slopes(times) + network.damping @ self.loop_currents(times)
-        result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
-        return result
+        return network.behind(needed)
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
         windings = self.network.windings
         slopes = self.network.flux_basis @ self.loop_slopes(times)
-        result: FloatArray = (
+        return (
             windings.resistance[:, np.newaxis] * (self.network.ohmic_basis @ self.loop_currents(times))
             + windings.inductance(self.angle) @ slopes
         )
-        return result
 
     def eddy_currents(self, time: float) -> FloatArray | None:
         """Return the eddy currents (A) in the iron at a time, None where there are none."""
         if not isinstance(self.network, EddyNetwork):
             return None
-        result: FloatArray = self.loop_currents(np.array([time]))[-3:, 0]
-        return result
+        return self.loop_currents(np.array([time]))[-3:, 0]
 
     def copper_heat(self, duration: float) -> float | None:
         """Return the heat (J) in the windings over the first `duration` s, None under a voltage that runs."""

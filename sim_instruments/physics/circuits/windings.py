@@ -138,8 +138,7 @@ class Windings:
         """Return the flux linkages (V·s, d + j·q) of the Y-equivalent at currents (A, d + j·q, peak) and electrical speeds (rad/s)."""
         motor = self.motor
         along = self.flux_linkage_y + motor.d_axis_inductance_y * currents.real
-        result: ComplexArray = along + 1j * motor.q_axis_inductance_y * currents.imag
-        return result
+        return along + 1j * motor.q_axis_inductance_y * currents.imag
 
     def inductance(self, angle: float) -> FloatArray:
         """Return the inductance matrix (H, 3×3) at an electrical angle (rad)."""
@@ -181,21 +180,19 @@ class Windings:
 
     def emf_per_speed(self, angles: FloatArray) -> FloatArray:
         """Return EMF over electrical speed (V·s/rad, shape (3, n)) at n electrical angles: dψ/dθ of the magnets."""
-        result: FloatArray = (self.emf_phasors @ turned(angles, self.emf_orders)).real
-        return result
+        return (self.emf_phasors @ turned(angles, self.emf_orders)).real
 
     def drops(self, angles: FloatArray, speeds: FloatArray, currents: FloatArray, slopes: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings.
 
         At n angles and electrical speeds (rad/s), with winding currents (A) and their derivatives (A/s) of shape (3, n).
         """
-        result: FloatArray = (
+        return (
             self.resistance[:, np.newaxis] * currents
             + self.inductance_times(angles, slopes)
             + speeds * self.inductance_slope_times(angles, currents)
             + speeds * self.emf_per_speed(angles)
         )
-        return result
 
     def torque(self, angles: FloatArray, currents: FloatArray, speeds: FloatArray | None = None) -> FloatArray:
         """Return the torque (N·m, shape (n,)) of currents (3, n) on the rotor, from the coenergy, at angles (n,).
@@ -210,5 +207,4 @@ class Windings:
     def cogging(self, shaft_angle: FloatArray) -> FloatArray:
         """Return the cogging torque (N·m) at mechanical angles (rad); without a phase, zero is one of its rest positions."""
         motor = self.motor
-        result: FloatArray = -motor.cogging_torque * np.sin(motor.cogging_order * shaft_angle + motor.cogging_phase)
-        return result
+        return -motor.cogging_torque * np.sin(motor.cogging_order * shaft_angle + motor.cogging_phase)

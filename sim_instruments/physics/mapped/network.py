@@ -23,8 +23,7 @@ class MappedNetwork(Network):
 
     def flux(self, loops: FloatArray, angle: float) -> FloatArray:
         """Return the flux linkages (V·s, (loops,)) of the loops at loop currents (A), the rotor standing at an electrical angle."""
-        result: FloatArray = self.basis.T @ self.windings.flux(angle, self.basis @ loops)
-        return result
+        return self.basis.T @ self.windings.flux(angle, self.basis @ loops)
 
     def loop_currents(self, winding_currents: FloatArray, angle: float) -> FloatArray:
         """Return the loop currents (A) into which given winding currents fall when this network is joined: flux in its loops stays."""
@@ -60,8 +59,4 @@ class MappedNetwork(Network):
             - windings.resistance * currents[:, 0]
         )
         left = -self.damping @ loops - self.basis.T @ turning
-        inertance, reach = self.differential_inertance(loops, angle), self.reach
-        slopes = (
-            reach @ solve_small(reach.T @ inertance @ reach, reach.T @ left) if reach.size else np.zeros(self.loops)
-        )
-        return float(self.drive @ (inertance @ slopes - left)) / float(self.drive @ self.drive)
+        return self._constant_by(loops, angle, left)

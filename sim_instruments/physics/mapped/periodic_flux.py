@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim_instruments.physics.circuits.source import Source, VoltageSource
+from sim_instruments.physics.circuits.source import Source
 from sim_instruments.physics.circuits.windings import ComplexArray, FloatArray
 from sim_instruments.physics.mapped.network import MappedNetwork
 from sim_instruments.physics.mapped.windings import slopes_behind_loss
@@ -49,14 +49,7 @@ class PeriodicFlux:
     def __init__(self, network: MappedNetwork, source: Source) -> None:
         self.network = network
         windings = network.windings
-        count = network.loops
-        if isinstance(source, VoltageSource):
-            self._reach, self._offset = np.eye(count), np.zeros(count)
-            force = network.drive * source.voltage
-        else:
-            self._reach = network.reach
-            self._offset = network.drive * (source.current / float(network.drive @ network.drive))
-            force = np.zeros(count)
+        self._reach, self._offset, force, _ = network.imposed(source)
         self._free = self._reach.shape[1]
         highest = max(max(windings.emf_orders) + _BEYOND, _LEAST)
         points = 2 * highest + 1
@@ -68,7 +61,7 @@ class PeriodicFlux:
         self._rest = basis.T @ windings.rest_flux(self._angles)
         self._zero = basis.T @ windings.zero_sequence @ basis
         self._damping = self._reach.T @ network.damping @ self._reach
-        self._force = self._reach.T @ (force - network.damping @ self._offset)
+        self._force = self._reach.T @ force
         number = np.arange(points)
         half = 0.5 * (self._angles[:, np.newaxis] - self._angles)
         sines = np.sin(half) + np.eye(points)
@@ -100,16 +93,14 @@ class PeriodicFlux:
 
     def braking_torque(self, speed: FloatArray) -> FloatArray:
         """Return the mean torque (N·m, against the motion, (n,)) at mechanical speeds (rad/s, not negative)."""
-        result: FloatArray = self._braking(self._scaled(np.asarray(speed) * self.network.windings.pole_pairs))
-        return result
+        return self._braking(self._scaled(np.asarray(speed) * self.network.windings.pole_pairs))
 
     @cached_property
     def _braking(self) -> "_GrowingCourse":
         return _GrowingCourse(self)
 
     def _scaled(self, speeds: FloatArray) -> FloatArray:
-        result: FloatArray = np.arcsinh(speeds * self._time_constant)
-        return result
+        return np.arcsinh(speeds * self._time_constant)
 
     def at_scaled(self, node: float) -> SteadyTurn:
         """Return the steady state at arsinh(ω·L/R); none is a rotor that begins to turn."""

@@ -29,8 +29,7 @@ class MappedRotation:
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
-        result: FloatArray = self.network.basis @ self._currents(times)[0]
-        return result
+        return self.network.basis @ self._currents(times)[0]
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
@@ -48,8 +47,7 @@ class MappedRotation:
         induced = windings.drops(*self._turning(times), currents, network.basis @ slopes)
         induced -= windings.resistance[:, np.newaxis] * currents
         needed = network.basis.T @ induced + network.damping @ loops
-        result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
-        return result
+        return network.behind(needed)
 
     def _turning(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         pairs = self.network.windings.pole_pairs

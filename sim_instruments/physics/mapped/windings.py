@@ -47,14 +47,12 @@ class MappedWindings(Windings):
 
     def rest_per_speed(self, angles: FloatArray) -> FloatArray:
         """Return the rest's EMF over electrical speed (V·s/rad, (3, n)) at n angles."""
-        result: FloatArray = (self.rest_phasors @ turned(angles, self.emf_orders)).real
-        return result
+        return (self.rest_phasors @ turned(angles, self.emf_orders)).real
 
     def rest_flux(self, angles: FloatArray) -> FloatArray:
         """Return the rest's flux linkages (V·s, (3, n)) at n angles."""
         per_order = self.rest_phasors / (1j * np.array(self.emf_orders))
-        result: FloatArray = (per_order @ turned(angles, self.emf_orders)).real
-        return result
+        return (per_order @ turned(angles, self.emf_orders)).real
 
     def shares(self, angles: FloatArray) -> FloatArray:
         """Return S (2, 3, n), the windings' shares in d and q axis at n angles."""

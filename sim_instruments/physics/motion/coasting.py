@@ -83,8 +83,7 @@ class BearingDrag:
     def acceleration(self, times: FloatArray) -> FloatArray:
         """Return the acceleration (rad/s²) at the times."""
         speed = self.speed(times)
-        result: FloatArray = (self._torque - self._shaft.frictions(speed)) / self._shaft.inertia
-        return result
+        return (self._torque - self._shaft.frictions(speed)) / self._shaft.inertia
 
     def time_of_speed(self, speed: float) -> float:
         """Return the time (s) at which a speed (rad/s) is reached, infinite where it is not within the motion."""
@@ -99,8 +98,7 @@ class BearingDrag:
         return self.start + float(brentq(over, 0.0, self._span, xtol=1e-12))
 
     def _states(self, times: FloatArray) -> FloatArray:
-        result: FloatArray = self._dense(np.clip(times - self.start, 0.0, self._span))
-        return result
+        return self._dense(np.clip(times - self.start, 0.0, self._span))
 
 
 @dataclass(frozen=True)
@@ -151,22 +149,17 @@ class Cogged:
         """Return the speed (rad/s) at the times."""
         square, cogging = self._square(times), self.cogging
         wave = np.cos(cogging.order * self.angle(times) + cogging.phase)
-        result: FloatArray = np.sign(self.mean.speed(times)) * np.sqrt(
-            np.maximum(square + cogging.swing * wave, 1e-4 * square)
-        )
-        return result
+        return np.sign(self.mean.speed(times)) * np.sqrt(np.maximum(square + cogging.swing * wave, 1e-4 * square))
 
     def acceleration(self, times: FloatArray) -> FloatArray:
         """Return the acceleration (rad/s²) at the times."""
         cogging = self.cogging
         wave = np.sin(cogging.order * self.angle(times) + cogging.phase)
-        result: FloatArray = self.mean.acceleration(times) - cogging.torque / cogging.inertia * wave
-        return result
+        return self.mean.acceleration(times) - cogging.torque / cogging.inertia * wave
 
     def time_of_speed(self, speed: float) -> float:
         """Return the time (s) at which a speed (rad/s) is reached on the mean, infinite where it is not within the motion."""
         return self.mean.time_of_speed(speed)
 
     def _square(self, times: FloatArray) -> FloatArray:
-        result: FloatArray = np.maximum(self.mean.speed(times) ** 2, 1e-12)
-        return result
+        return np.maximum(self.mean.speed(times) ** 2, 1e-12)

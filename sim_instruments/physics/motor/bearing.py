@@ -56,8 +56,7 @@ class Bearing:
         size = np.abs(speeds)
         fading = np.exp(-((size / self.stribeck_speed) ** self.stribeck_exponent))
         induced = self.brake * size / (1.0 + (size / self.brake_speed) ** 2)
-        result: FloatArray = np.sign(speeds) * (self.windage * size**2 + self.stribeck_torque * fading + induced)
-        return result
+        return np.sign(speeds) * (self.windage * size**2 + self.stribeck_torque * fading + induced)
 
 
 #: Coulomb and viscous friction only.

@@ -57,8 +57,7 @@ class Iron:
 
     def lost_share(self, electrical_speed: FloatArray) -> FloatArray:
         """Return the current per flux (A/(V·s)) that loss takes at electrical speeds (rad/s), with the speed's sign."""
-        result: FloatArray = np.sign(electrical_speed) * self.hysteresis_loss + electrical_speed * self.eddy_loss
-        return result
+        return np.sign(electrical_speed) * self.hysteresis_loss + electrical_speed * self.eddy_loss
 
     @property
     def lowers_emf(self) -> bool:

@@ -35,8 +35,7 @@ class ModbusLine:
 
     def framing_of(self, unit: int) -> SerialFraming | None:
         """Return how a unit frames what it sends; None for one that takes what comes, or is not there."""
-        framing: SerialFraming | None = getattr(self.units.get(unit), "framing", None)
-        return framing
+        return getattr(self.units.get(unit), "framing", None)
 
     def recorded(self, unit: int, request: bytes) -> tuple[bytes, Fault | None] | None:
         """Return the answer to a request where all are known beforehand; None where the units work them out."""

@@ -177,8 +177,7 @@ def _stepping(
     def pull(times: FloatArray) -> FloatArray:
         currents = step.currents(times)
         flux = windings.flux_linkages_y(currents, np.zeros(len(times)))
-        result: FloatArray = 1.5 * windings.pole_pairs * np.imag(np.conj(flux) * currents) + torque
-        return result
+        return 1.5 * windings.pole_pairs * np.imag(np.conj(flux) * currents) + torque
 
     # Close at first: that is where the currents change.
     times = step.start + (step.end - step.start) * np.linspace(0.0, 1.0, _PIECES + 1) ** 2

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.analysis.map_table import KnownColumn, read_table
+from bench.analysis.map_table import read_table
+from bench.analysis.table_headings import KnownColumn
 from bench.captures import Capture, CaptureError, CapturePart, read_capture
 
 TIMES, SPEEDS = np.arange(40) * 0.01, 300.0 - np.arange(40)

@@ -15,7 +15,8 @@ import pytest
 from bench.i18n.errors import message
 from bench.i18n.language import translator
 from bench.operators.operator_channel import FILE
-from bench.operators.panel_operator import DistantOperator, DistantPrompt
+from bench.operators.panel_operator import DistantOperator
+from bench.operators.person_prompt import PersonPrompt
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces.text import text
 from drivers.manual.supply import MODES, REGULATION
@@ -157,7 +158,7 @@ def test_marked_angles_come_in_degrees(operator: DistantOperator, tmp_path: Path
 
 
 def test_instruments_set_by_hand_ask_the_same_person(operator: DistantOperator, tmp_path: Path) -> None:
-    prompt = DistantPrompt(operator, "supply")
+    prompt = PersonPrompt(operator, "supply")
     thread, given = asked(
         lambda: (prompt.confirm(text("Set {v} V", v=5)), prompt.ask(text("current"), "A", 0.0, 2.0, text("at 5 V")))
     )
@@ -296,7 +297,7 @@ def test_ctrl_c_ends_a_run_that_waits_for_its_panel(tmp_path: Path) -> None:
 
 
 def test_one_of_fixed_answers_is_chosen_and_told_with_its_words(operator: DistantOperator, tmp_path: Path) -> None:
-    prompt = DistantPrompt(operator, "supply")
+    prompt = PersonPrompt(operator, "supply")
     thread, given = asked(lambda: prompt.choose(REGULATION, [*MODES.values()]))
     with Panel(tmp_path) as panel:
         question = panel.question()

@@ -12,7 +12,8 @@ from bench.i18n.errors import InputError
 from bench.i18n.language import translator
 from bench.motor.motor_file import load_motor
 from bench.operators.answers import Answers, AnswersOperator, AnswersPrompt, load_answers
-from bench.operators.terminal import TerminalOperator, TerminalPrompt
+from bench.operators.person_prompt import PersonPrompt
+from bench.operators.terminal import TerminalOperator
 from bench.operators.virtual import VirtualOperator
 from bench.safety.interrupts import Interrupted
 from drivers.interfaces import OutputMode
@@ -106,7 +107,7 @@ def test_a_reading_is_asked_again_until_it_makes_sense() -> None:
 
 def test_instruments_set_by_hand_reach_the_same_person() -> None:
     operator, said = typing(["", "x", "2", "1500"])
-    prompt = TerminalPrompt(operator, "supply")
+    prompt = PersonPrompt(operator, "supply")
     prompt.confirm(text("Switch the supply's output on."))
     assert prompt.ask(text("regulation: 0 off, 1 on"), "", 0, 3, None) == 2.0
     assert prompt.ask(text("speed"), "rpm", 0, 5000, text("of the shaft")) == 1500.0
@@ -160,7 +161,7 @@ def test_chinese_is_spoken() -> None:
     console = Console(file=said, width=100, color_system=None)
     operator = TerminalOperator(console, translator("zh"), {}, lambda _: "")
     operator.perform(ALL_OPEN)
-    ManualSupply(TerminalPrompt(operator, "supply"), VirtualClock(), ManualSupplyOptions(48.0, 5.0)).configure(1.0, 2.0)
+    ManualSupply(PersonPrompt(operator, "supply"), VirtualClock(), ManualSupplyOptions(48.0, 5.0)).configure(1.0, 2.0)
     assert "连接电机端子" in said.getvalue()
     assert "直流电源: 将电源设为 1 V，限流 2 A；如有过流保护，请打开。" in said.getvalue()
 
@@ -336,7 +337,7 @@ def test_the_virtual_operator_feels_a_stuck_shaft(world: World) -> None:
 )
 def test_one_of_fixed_answers_is_typed_by_its_number_its_sign_or_its_name(typed: str) -> None:
     operator, said = typing(["", "4", "1.0", "C", typed])
-    made = ManualSupply(TerminalPrompt(operator, "supply"), VirtualClock(), ManualSupplyOptions(48.0, 5.0))
+    made = ManualSupply(PersonPrompt(operator, "supply"), VirtualClock(), ManualSupplyOptions(48.0, 5.0))
     assert made.output_mode() is OutputMode.CONSTANT_CURRENT
     told = said.getvalue()
     assert told.count("Choose DC supply, regulation, by the lamp that is lit: 0 off, 1 constant current (CC), ") == 5
@@ -356,7 +357,7 @@ def test_the_words_that_a_choice_shows_in_chinese_are_taken() -> None:
     printed = io.StringIO()
     console = Console(file=printed, width=200, color_system=None)
     operator = TerminalOperator(console, translator("zh"), {}, ask)
-    made = ManualSupply(TerminalPrompt(operator, "supply"), VirtualClock(), ManualSupplyOptions(48.0, 5.0))
+    made = ManualSupply(PersonPrompt(operator, "supply"), VirtualClock(), ManualSupplyOptions(48.0, 5.0))
     assert made.output_mode() is OutputMode.CONSTANT_CURRENT
     assert "1 恒流" in said[0]
     assert "“恒定”" in printed.getvalue()
@@ -364,6 +365,6 @@ def test_the_words_that_a_choice_shows_in_chinese_are_taken() -> None:
 
 def test_hall_signals_are_typed_with_their_leading_zeros() -> None:
     operator, said = typing(["2", "010"])
-    drive = ManualDrive(TerminalPrompt(operator, "drive"), VirtualClock(), ManualDriveOptions(60.0, 10.0))
+    drive = ManualDrive(PersonPrompt(operator, "drive"), VirtualClock(), ManualDriveOptions(60.0, 10.0))
     assert drive.hall_state() == (False, True, False)
     assert "each 0 or 1: 000, 001, 010, 011, 100, 101, 110, 111" in said.getvalue()

@@ -15,7 +15,8 @@ from bench.journal.events.instruments import ReadingTaken
 from bench.journal.journal_file import read_journal
 from bench.journal.stored_result import restore_text
 from bench.operators.entry import TypedReading
-from bench.operators.panel_operator import DistantOperator, DistantPrompt
+from bench.operators.panel_operator import DistantOperator
+from bench.operators.person_prompt import PersonPrompt
 from bench.safety.interrupts import Interrupts
 from bench.testing import MeasuredRun, run_procedures, virtual_motor
 from drivers.interfaces import ImpedanceReading, Wanted
@@ -298,7 +299,7 @@ def test_at_a_panel_the_same_is_asked_in_words_to_be_translated(operator: Distan
 
 def test_a_question_reaches_a_panel_whole(operator: DistantOperator, tmp_path: Path) -> None:
     operator.entry.hear(RepeatStarted(terminals="B–C", number=2, count=3))
-    prompt = DistantPrompt(operator, "lcr_meter")
+    prompt = PersonPrompt(operator, "lcr_meter")
     context = lines((text("at {frequency:g} Hz", frequency=20.0), text("({value:g} Ω is outside)", value=3.0)), " ")
     thread, _ = asked(lambda: prompt.ask(text("resistance Rs"), "Ω", 0.0, 10.0, context))
     with Panel(tmp_path) as panel:
@@ -326,7 +327,7 @@ class Corrected:
 
 def test_at_a_panel_units_are_typed_and_an_earlier_reading_corrected(operator: DistantOperator, tmp_path: Path) -> None:
     typed = operator.entry.corrections = Corrected()
-    prompt = DistantPrompt(operator, "lcr_meter")
+    prompt = PersonPrompt(operator, "lcr_meter")
 
     def ask() -> object:
         try:

@@ -91,8 +91,9 @@ def bench_of(
         person.entry.recorder = journal
         instruments = kit.FakeInstruments(fakes)
         runner = Runner(
-            instruments, person, clock, journal, view, nameplate, translator("en"), tape=Tape(journal, person.entry)
-        )
+            instruments=instruments, operator=person, clock=clock, journal=journal, view=view, nameplate=nameplate,
+            translate=translator("en"), tape=Tape(journal, person.entry),
+        )  # fmt: skip
         return Bench(runner, trace, said, questions, tmp_path / "journal.jsonl")
 
     return make

@@ -134,7 +134,7 @@ class KeysightE4980A(ScpiInstrument):
             # Both are monitored all the time here.
             put.add_flag(f"monitor {monitored}", f"FUNCtion:SMONitor:{monitored}[:STATe]", True)
         put.add_choice("page", "DISPlay:PAGE", _PAGES, "MEAS", changed=self._cycle.turn_page)
-        put.add_string("line", "DISPlay:LINE", "")
+        put.add_string("line", "DISPlay:LINE")
         put.add_flag("display", "DISPlay:ENABle", True)
         put.add_flag("beeper", "SYSTem:BEEPer:STATe", True)
 

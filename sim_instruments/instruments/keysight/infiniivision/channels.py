@@ -28,7 +28,7 @@ class InfiniiVisionChannels(ChannelSubsystem):
         put.add_choice(
             "impedance", f"{CHANNEL}:IMPedance", ("ONEMeg", "FIFTy"), "ONEM", count=CHANNELS, changed=changed
         )
-        put.add_string("label", f"{CHANNEL}:LABel", "", count=CHANNELS)
+        put.add_string("label", f"{CHANNEL}:LABel", count=CHANNELS)
         put.add_choice("signal type", f"{CHANNEL}:PROBe:STYPe", ("DIFFerential", "SINGle"), "SING", count=CHANNELS)
         put.add_flag("vernier", f"{CHANNEL}:VERNier", False, count=CHANNELS)
         put.add_number("skew", f"{CHANNEL}:PROBe:SKEW", -1.0e-7, 1.0e-7, 0.0, unit="S", count=CHANNELS, changed=changed)

@@ -148,7 +148,7 @@ class KeysightInfiniiVision(SimulatedScpiOscilloscope):
         add("RSTate", query=bare(lambda: self.polled(lambda: self.acquisition.state)))
         add("VIEW", command=lambda call: self._show(call, True))
         add("BLANk", command=lambda call: self._show(call, False))
-        self.settings.add_string("message", "SYSTem:DSP", "")
+        self.settings.add_string("message", "SYSTem:DSP")
         self.settings.add_flag("locked", "SYSTem:LOCK", False)
         add("DISPlay:CLEar", command=bare(lambda: None))
         operation = StatusRegister(self._operation)

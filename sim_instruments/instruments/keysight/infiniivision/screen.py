@@ -70,5 +70,4 @@ def _draw_traces(draw: "ImageDraw", record: Record, shown: list[int]) -> None:
 def _down(divisions: FloatArray) -> FloatArray:
     """Return how far down (pixels) what is so many divisions above the middle stands."""
     height = _HEIGHT - 1 - _HEADING
-    result: FloatArray = _HEADING + height * (0.5 - divisions / DIVISIONS)
-    return result
+    return _HEADING + height * (0.5 - divisions / DIVISIONS)

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from bench.eol.line.admission.next_motor import RefusedSerial
-from bench.eol.line.batch import Counts, run_batch
+from bench.eol.line.batch import run_batch
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.counts import Counts
 from bench.eol.line.preparation.prepare import BatchRequest
 from bench.eol.line.workers.worker_process import ForkServer
 from bench.eol.record import MotorRecord

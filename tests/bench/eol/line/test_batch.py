@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from bench.eol.line.admission.next_motor import RefusedSerial
-from bench.eol.line.batch import Counts, _Counting, run_batch
+from bench.eol.line.batch import run_batch
 from bench.eol.line.batch_log import FILE
+from bench.eol.line.counts import CountingListener, Counts
 from bench.eol.line.record_writer import own_records
 from bench.eol.motor_yield import MotorYield
 from bench.eol.plan_file import RetestSection
@@ -163,7 +164,7 @@ def test_a_batch_whose_motors_were_tested_before_is_not_done(bench: Any, call: C
 
 def test_a_motor_that_was_refused_and_then_tested_is_not_missing() -> None:
     counts = Counts()
-    listener = _Counting(counts, RecordOutputs([], Path(), lambda _: None), RetestSection())
+    listener = CountingListener(counts, RecordOutputs([], Path(), lambda _: None), RetestSection())
     listener.refused(RefusedSerial("A1", text("not now")))
     listener.refused(RefusedSerial("A2", text("not now")))
     listener.refused(RefusedSerial("A3", text("it is being measured"), taken=True))

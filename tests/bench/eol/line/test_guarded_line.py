@@ -16,8 +16,8 @@ from typing import Any
 import pytest
 from tomli_w import dumps as toml_text
 
-from bench.eol.line.batch import Counts
 from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.counts import Counts
 from bench.eol.line.workers import worker_slots
 from bench.eol.verdict import Verdict
 from bench.journal.guardian_record import read_guardian
