@@ -59,7 +59,7 @@ def test_each_procedure_leaves_the_shaft_at_rest(bench):
         assert abs(bench.world.truth()["shaft_speed"]) < 0.1
 
 
-@pytest.mark.parametrize("name", ["lg-400w", "outrunner-delta", "ipmsm"])
+@pytest.mark.parametrize("name", ["lg-400w", "outrunner-delta", pytest.param("ipmsm", marks=pytest.mark.slow)])
 def test_shape_holds_the_truth(motorbench, name):
     status, given = motorbench("run", "back-emf-shape", "--motor", name, "--station", "virtual", "--seed", "6")
     assert status == 0, given

@@ -98,7 +98,7 @@ PLACES = (
     "flux_map_standstill.take_strokes",
     "standstill_run.StrokePlan",
     "standstill_run._rest",
-    "flux_map_standstill.fit_standstill",
+    pytest.param("flux_map_standstill.fit_standstill", marks=pytest.mark.slow),
     "flux_map_standstill.report_mtpa",
 )
 
@@ -138,6 +138,7 @@ def test_an_abort_in_a_call_of_the_drive_leaves_it_off(method, call, monkeypatch
         assert not bench.world.inverter.enabled
 
 
+@pytest.mark.slow
 def test_a_limit_on_the_way_leaves_the_map_of_what_was_taken(monkeypatch):
     rest, calls = standstill_run._rest, []
 

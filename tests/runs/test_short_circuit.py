@@ -285,7 +285,7 @@ def holds(result, motor):
     return low <= motor.stator_resistance_y + Leads().resistance <= high
 
 
-@pytest.mark.parametrize("motor", [MOTOR, ROUND])
+@pytest.mark.parametrize("motor", [MOTOR, pytest.param(ROUND, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "factor", [1.05, *(pytest.param(factor, marks=pytest.mark.slow) for factor in (0.5, 0.9, 0.95, 1.03, 1.2))]
 )

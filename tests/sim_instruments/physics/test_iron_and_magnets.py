@@ -210,7 +210,7 @@ def test_a_map_holds_its_saturation(lab: Any) -> None:
         on_map(lab, d_axis_saturation_current=50.0)
 
 
-@pytest.mark.parametrize("voltage", [0.3, 1.5])
+@pytest.mark.parametrize("voltage", [0.3, pytest.param(1.5, marks=pytest.mark.slow)])
 def test_a_free_rotor_comes_to_rest_under_hysteresis_while_the_current_decays(lab: Any, voltage: float) -> None:
     # The flux, and with it the hysteresis, falls with the current: the rotor must stand or move, and not both in turn.
     world, clock = lab.ideal_world(on_map(lab), initial_angle=0.1)

@@ -72,7 +72,7 @@ def dq(phases: np.ndarray, angle: Any) -> np.ndarray:
 # Against equations written out anew
 
 
-@pytest.mark.parametrize("degrees", [35.0, 200.0])
+@pytest.mark.parametrize("degrees", [35.0, pytest.param(200.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("terminals", ["one against two", "two"])
 def test_a_step_on_a_held_rotor(lab: Any, degrees: float, terminals: str) -> None:
     angle, made = math.radians(degrees), MADE.map(80.0, 41)

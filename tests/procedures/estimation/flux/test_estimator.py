@@ -192,11 +192,13 @@ def test_an_asymmetric_motor_is_found_and_its_map_holds_all_the_same() -> None:
     assert np.mean(np.abs(errors(motor, made)) <= half_widths(made.map)) > 0.85
 
 
-def test_a_symmetric_motor_is_not_called_asymmetric() -> None:
-    for name, motor in MOTORS.items():
-        made = estimate_flux_map(bench_of(motor, 4)[1], gains=GAINS)
-        assert made.symmetric, name
-        assert made.symmetry_tested
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n == "bridged IPMSM" else pytest.mark.slow) for n in sorted(MOTORS)]
+)
+def test_a_symmetric_motor_is_not_called_asymmetric(name: str) -> None:
+    made = estimate_flux_map(bench_of(MOTORS[name], 4)[1], gains=GAINS)
+    assert made.symmetric
+    assert made.symmetry_tested
 
 
 def test_noise_that_is_not_stated_is_found() -> None:
