@@ -255,7 +255,7 @@ def test_no_lead_is_touched_while_something_is_on_and_a_turning_shaft_is_waited_
     assert [str(line) for line in hands.asked[1].lines({})] == ["Lock the shaft where it stands, without turning it"]
 
 
-@pytest.mark.parametrize("index", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("index", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_plans_in_random_order_on_the_virtual_bench(index: int) -> None:
     """A few of the study's plans: `python -m tests.studies.hands` makes hundreds."""
     watch, ended, _ = carried_out(random_plan(np.random.default_rng([7, index]), 5), index)

@@ -84,6 +84,7 @@ def test_a_distorted_emf_is_found():
     assert result.findings["harmonics"][2] < 0.1
 
 
+@pytest.mark.slow
 def test_exchanged_probes_tell_a_channel_s_gain_from_a_phase():
     errors = replace(Errors(), oscilloscope=ScopeErrors(gain=(0.02, -0.02, 0.015, 0.0)))
     with VirtualBench(MOTOR, seed=1, errors=errors, sockets=False) as bench:

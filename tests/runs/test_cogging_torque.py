@@ -66,6 +66,7 @@ def test_a_filter_that_nobody_states_gives_no_bound_where_no_order_is_seen(motor
     assert "torque-filter" in [row["cause"] for row in result.findings["misfit"]]
 
 
+@pytest.mark.slow
 def test_a_bound_holds_what_averaging_takes_of_the_highest_order():
     file = load_motor("gimbal")
     with VirtualBench(file.virtual_motor(), seed=3, sockets=False, fixture=True) as bench:
@@ -89,7 +90,7 @@ def feeling():
     [
         ("lg-400w", ()),
         pytest.param("lg-400w", ("order=24",), marks=pytest.mark.slow),
-        ("outrunner-delta", ()),
+        pytest.param("outrunner-delta", (), marks=pytest.mark.slow),
         pytest.param("outrunner-delta", ("order=84",), marks=pytest.mark.slow),
     ],
 )
@@ -132,7 +133,7 @@ def test_an_order_too_high_for_a_whole_turn_is_no_small_cogging(feeling):
     ("sensors", "cause", "given"),
     [
         (ShaftSensors(torque_filter=0.05), "torque-filter", True),
-        (ShaftSensors(torque_filter=0.3), "torque-filter", False),
+        pytest.param(ShaftSensors(torque_filter=0.3), "torque-filter", False, marks=pytest.mark.slow),
         (ShaftSensors(vibration=0.003, vibration_frequency=7.4), "vibration", False),
     ],
 )

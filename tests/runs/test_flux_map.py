@@ -53,6 +53,7 @@ def made_motor(**more):
     return motor_on(MAP, resistance=0.02, pole_pairs=4, **more)
 
 
+@pytest.mark.slow
 def test_it_holds_the_map_of_a_motor_that_saturates():
     with flux_bench(made_motor(), PLATE, seed=3) as bench:
         found = map_of(bench, PLATE)
@@ -116,6 +117,7 @@ def test_torque_and_its_largest_per_ampere_are_the_maps():
     )
 
 
+@pytest.mark.slow
 def test_magnets_that_have_warmed_up_are_no_contradiction_of_the_shafts_torque():
     """The map is that of cold magnets, the shaft has the torque of warm ones: 4 % less of their flux at the end."""
     with flux_bench(replace(made_motor(), thermal_resistance=80.0), PLATE, seed=4) as bench:
@@ -188,6 +190,7 @@ def test_a_map_that_ends_early_is_a_smaller_map():
     assert np.all(np.abs(off) <= 3.0 * uncertainty + 1e-12)
 
 
+@pytest.mark.slow
 def test_a_resistance_that_outweighs_the_inductance_is_said():
     with flux_bench(motor_on(MAP, resistance=1.0, pole_pairs=4), PLATE, seed=2) as bench:
         found = map_of(bench, PLATE, "locations=20", "current_share=0.5")

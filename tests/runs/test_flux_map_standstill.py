@@ -138,7 +138,6 @@ def test_an_abort_in_a_call_of_the_drive_leaves_it_off(method, call, monkeypatch
         assert not bench.world.inverter.enabled
 
 
-@pytest.mark.slow
 def test_a_limit_on_the_way_leaves_the_map_of_what_was_taken(monkeypatch):
     rest, calls = standstill_run._rest, []
 

@@ -54,6 +54,7 @@ def test_what_accelerates_a_heavy_rotor_is_no_no_load_current(factor):
     assert found.value == pytest.approx(truth, rel=0.015)
 
 
+@pytest.mark.slow
 def test_a_rotor_that_runs_up_for_longer_is_refused():
     heavy = replace(FILE.virtual_motor(), inertia=1000.0 * FILE.virtual_motor().inertia)
     drive = replace(FILE.six_step, inertia=1000.0 * FILE.six_step.inertia)

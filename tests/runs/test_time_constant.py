@@ -49,7 +49,9 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=pytest.mark.slow if "current" in case else ()) for case in CASES]
+)
 def test_both_axes_hold_the_truth(motorbench, tmp_path, case):
     rated, virtual, largest = CASES[case]
     motor = motor_file(tmp_path, rated, coulomb_friction=1e-4 * rated, cogging_torque=0.0, **virtual)

@@ -160,6 +160,7 @@ def test_magnets_follow_the_winding_behind_it(lab: Any) -> None:
         assert largest / omega == pytest.approx(given.flux_linkage_y * (1.0 - 0.001 * (warm - 25.0)), rel=6e-4)
 
 
+@pytest.mark.slow
 def test_magnets_are_warmed_by_the_iron(lab: Any) -> None:
     given = by_constants(lab, magnets=Magnets(time_constant=50.0, thermal_resistance=20.0))
     world = turned(lab, given, 300.0)

@@ -87,6 +87,7 @@ def test_noise_of_current_sensors_moves_no_flux_linkage() -> None:
     assert np.max(np.abs(found.map.flux - quiet.map.flux)) < 3e-3 * quiet.map.full_scale
 
 
+@pytest.mark.slow
 @given(miss=st.floats(0.001, 0.003), seed=st.integers(0, 2**16))
 @settings(max_examples=4)
 def test_set_points_that_the_inverter_misses_move_it(miss: float, seed: int) -> None:
@@ -165,6 +166,7 @@ def test_a_current_that_was_asked_for_beside_an_axis_loses_as_much_in_the_switch
     assert np.max(np.abs(errors(motor, made)[place])) < 0.008 * made.map.full_scale
 
 
+@pytest.mark.slow
 def test_gains_are_apart_from_scatter_and_common_to_all_points() -> None:
     motor = MOTORS["surface magnets"]
     _, readings, wanted = bench_of(motor, 1)
