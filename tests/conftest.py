@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 # A loaded machine must not fail a test: speed is measured in tests/benchmarks.
 # The suite tries the same examples each time, in minutes; MOTORBENCH_EXAMPLES=1000 searches on, anew each time.
-settings.register_profile("motorbench", deadline=None, max_examples=25, derandomize=True, database=None)
+settings.register_profile("motorbench", deadline=None, max_examples=40, derandomize=True, database=None)
 settings.register_profile("search", deadline=None, max_examples=int(os.environ.get("MOTORBENCH_EXAMPLES", "40")))
 settings.load_profile("search" if "MOTORBENCH_EXAMPLES" in os.environ else "motorbench")
 if "MOTORBENCH_EXAMPLES" not in os.environ:
