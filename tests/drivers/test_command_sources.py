@@ -200,6 +200,8 @@ _LONG = (
     "cia402-rotor-actuator",
     "cia402-six-step",
     "delta-dyn200",
+    "keysight-e36300",
+    "keysight-e4980a",
     "keysight-infiniivision",
     "mjbots-moteus",
 )

@@ -104,7 +104,7 @@ def bench(
 
 
 @pytest.mark.slow
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(st.data())
 def test_a_healthy_motor_raises_no_alarm(data: st.DataObject) -> None:
     low = data.draw(st.floats(1e-5, 50e-3))

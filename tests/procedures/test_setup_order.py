@@ -106,7 +106,7 @@ def bench_of(hands: Hands, recorder: NoRecord | None = None) -> Bench:
     return bench
 
 
-@settings(max_examples=500)
+@settings(max_examples=150)
 @given(st.lists(st.sampled_from(WANTS), min_size=1, max_size=12), st.sampled_from([None, frozenset(), frozenset(Role)]))
 def test_any_order_of_wants_keeps_the_rules_at_every_single_change(
     plan: list[tuple[Wanted, ...]], in_use: frozenset[Role] | None
@@ -255,7 +255,7 @@ def test_no_lead_is_touched_while_something_is_on_and_a_turning_shaft_is_waited_
     assert [str(line) for line in hands.asked[1].lines({})] == ["Lock the shaft where it stands, without turning it"]
 
 
-@pytest.mark.parametrize("index", range(2))
+@pytest.mark.parametrize("index", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_plans_in_random_order_on_the_virtual_bench(index: int) -> None:
     """A few of the study's plans: `python -m tests.studies.hands` makes hundreds."""
     watch, ended, _ = carried_out(random_plan(np.random.default_rng([7, index]), 5), index)

@@ -147,7 +147,7 @@ def test_an_error_leaves_the_map_of_what_was_taken(motorbench, motor, tmp_path, 
     ("name", "function", "at", "why"),
     [
         ("flux-map", "measure_dq", 6, "give no result"),
-        ("flux-map-standstill", "alternate_dq_current", 12, "there is no map"),
+        pytest.param(*("flux-map-standstill", "alternate_dq_current", 12, "there is no map"), marks=pytest.mark.slow),
     ],
 )
 def test_too_little_is_said_to_be_no_map(motorbench, motor, tmp_path, monkeypatch, name, function, at, why):

@@ -59,7 +59,7 @@ def test_each_procedure_leaves_the_shaft_at_rest(bench):
         assert abs(bench.world.truth()["shaft_speed"]) < 0.1
 
 
-@pytest.mark.parametrize("name", ["lg-400w", "outrunner-delta", "ipmsm"])
+@pytest.mark.parametrize("name", ["lg-400w", "outrunner-delta", pytest.param("ipmsm", marks=pytest.mark.slow)])
 def test_shape_holds_the_truth(motorbench, name):
     status, given = motorbench("run", "back-emf-shape", "--motor", name, "--station", "virtual", "--seed", "6")
     assert status == 0, given
@@ -84,6 +84,7 @@ def test_a_distorted_emf_is_found():
     assert result.findings["harmonics"][2] < 0.1
 
 
+@pytest.mark.slow
 def test_exchanged_probes_tell_a_channel_s_gain_from_a_phase():
     errors = replace(Errors(), oscilloscope=ScopeErrors(gain=(0.02, -0.02, 0.015, 0.0)))
     with VirtualBench(MOTOR, seed=1, errors=errors, sockets=False) as bench:

@@ -14,7 +14,7 @@ MOTORS = Path(__file__).parents[2] / "bench" / "motors"
 BRIDGES = ("dq-inductance-aligned", "dq-inductance-extremes")
 
 
-@pytest.mark.parametrize(("coupling", "resistance"), [(0.4, 6.0), (0.3, 30.0)])
+@pytest.mark.parametrize(("coupling", "resistance"), [(0.4, 6.0), pytest.param(0.3, 30.0, marks=pytest.mark.slow)])
 def test_bridges_give_the_inductance_for_slow_changes(motorbench, tmp_path, coupling, resistance):
     text = (MOTORS / "gimbal.toml").read_text(encoding="utf-8")
     motor = tmp_path / "eddy.toml"
@@ -32,6 +32,7 @@ def test_bridges_give_the_inductance_for_slow_changes(motorbench, tmp_path, coup
         assert "second-time-constant" in {warning["id"] for warning in given["procedures"][name]["warnings"]}
 
 
+@pytest.mark.slow
 def test_the_inductance_at_the_bridges_frequency_has_no_part_of_what_circuits_hide(motorbench, tmp_path):
     arguments = ("run", "dq-inductance-extremes", "--station", "virtual", "--motor")
     slow = ("--set", "at_frequency=false")

@@ -1,25 +1,21 @@
 """Every figure of a whole run stands on a budget that comes to what is stated."""
 
 import math
+from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 from bench.cli.main import main
-from bench.motor.motor_file import load_motor
-from bench.plugins.catalogues import installed
-from bench.run.request import RunRequest
-from bench.run.run import run
+from bench.journal.journal_file import read_journal
+from bench.journal.run_view import view_of
 from procedures.core.result import Contribution
 
 
 @pytest.fixture(scope="module", params=["lg-400w", "outrunner-delta"], ids=["wye", "delta"])
-def whole_run(request, tmp_path_factory):
-    """Return the result of every procedure on a virtual motor."""
-    runs = tmp_path_factory.mktemp("runs")
-    with (runs / "console").open("w", encoding="utf-8") as shown:
-        wishes = RunRequest(["all"], load_motor(request.param), "virtual", "en", runs, seed=11)
-        return run(wishes, installed().procedures, Console(file=shown)).view
+def whole_run(request, motorbench_once):
+    """Return what the journal has of every procedure on a virtual motor; the run is that of `test_known_truth.py`."""
+    _, given = motorbench_once("demo", "--motor", request.param, "--seed", "7")
+    return view_of(read_journal(Path(given["run"]) / "journal.jsonl").events)
 
 
 def figures(view):

@@ -50,9 +50,13 @@ def test_a_shaft_that_feels_none_gets_a_bound():
 
 
 @pytest.mark.parametrize(
-    "motor", [FILE.virtual_motor(), replace(FILE.virtual_motor(), pole_pairs=10, coulomb_friction=0.05)]
+    "motor",
+    [
+        FILE.virtual_motor(),
+        pytest.param(replace(FILE.virtual_motor(), pole_pairs=10, coulomb_friction=0.05), marks=pytest.mark.slow),
+    ],
 )
-@pytest.mark.parametrize("constant", [0.5, 3.0])
+@pytest.mark.parametrize("constant", [0.5, pytest.param(3.0, marks=pytest.mark.slow)])
 def test_a_filter_that_nobody_states_gives_no_bound_where_no_order_is_seen(motor, constant):
     setting = BenchSetting(disturbances=Disturbances(sensors=ShaftSensors(torque_filter=constant)))
     smooth = replace(motor, cogging_torque=1e-5)
@@ -62,6 +66,7 @@ def test_a_filter_that_nobody_states_gives_no_bound_where_no_order_is_seen(motor
     assert "torque-filter" in [row["cause"] for row in result.findings["misfit"]]
 
 
+@pytest.mark.slow
 def test_a_bound_holds_what_averaging_takes_of_the_highest_order():
     file = load_motor("gimbal")
     with VirtualBench(file.virtual_motor(), seed=3, sockets=False, fixture=True) as bench:
@@ -84,9 +89,9 @@ def feeling():
     ("name", "settings"),
     [
         ("lg-400w", ()),
-        ("lg-400w", ("order=24",)),
-        ("outrunner-delta", ()),
-        ("outrunner-delta", ("order=84",)),
+        pytest.param("lg-400w", ("order=24",), marks=pytest.mark.slow),
+        pytest.param("outrunner-delta", (), marks=pytest.mark.slow),
+        pytest.param("outrunner-delta", ("order=84",), marks=pytest.mark.slow),
     ],
 )
 def test_it_holds_the_truth(feeling, name, settings):
@@ -123,12 +128,12 @@ def test_an_order_too_high_for_a_whole_turn_is_no_small_cogging(feeling):
     assert "state the order" in str(said.message)
 
 
-@pytest.mark.parametrize("settings", [(), ("order=24",)])
+@pytest.mark.parametrize("settings", [(), pytest.param(("order=24",), marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("sensors", "cause", "given"),
     [
         (ShaftSensors(torque_filter=0.05), "torque-filter", True),
-        (ShaftSensors(torque_filter=0.3), "torque-filter", False),
+        pytest.param(ShaftSensors(torque_filter=0.3), "torque-filter", False, marks=pytest.mark.slow),
         (ShaftSensors(vibration=0.003, vibration_frequency=7.4), "vibration", False),
     ],
 )

@@ -5,7 +5,7 @@ import pytest
 from bench.motor.shipped_motors import motor_content
 
 
-@pytest.mark.parametrize("seed", [1, 3])
+@pytest.mark.parametrize("seed", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_zeros_among_the_readings_end_no_procedure_and_are_told(motorbench, tmp_path, seed):
     disturbances = tmp_path / "disturbances.toml"
     disturbances.write_text("[dynamometer]\ndropouts = 0.02\n", encoding="utf-8")
@@ -26,6 +26,7 @@ def test_zeros_among_the_readings_end_no_procedure_and_are_told(motorbench, tmp_
     assert inertia["note_value"] == pytest.approx(inertia["truth"], rel=0.15)
 
 
+@pytest.mark.slow
 def test_a_map_reads_the_shaft_again_where_nothing_but_zeros_came(motorbench, tmp_path):
     disturbances, motor = tmp_path / "disturbances.toml", tmp_path / "motor.toml"
     disturbances.write_text("[dynamometer]\ndropouts = 0.05\n", encoding="utf-8")

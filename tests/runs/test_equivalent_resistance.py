@@ -72,7 +72,7 @@ def test_commutation_explains_the_speed_and_the_simple_model_does_not(measured):
     assert {"E14", "delta-from-outside"} <= {w["id"] for w in measured["warnings"]}
 
 
-@pytest.mark.parametrize("typed", [(), ("winding_resistance_temperature=77",)])
+@pytest.mark.parametrize("typed", [pytest.param((), marks=pytest.mark.slow), ("winding_resistance_temperature=77",)])
 def test_a_warm_winding_is_no_surprise(drive, typed):
     """R_11 is that of 25 °C and the winding at 77 °C: its temperature is asked for, before and after, and the copper's part held."""
     warm = 1.0 + 0.00393 / (1.0 + 0.00393 * 5.0) * 52.0

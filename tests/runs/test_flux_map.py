@@ -53,6 +53,7 @@ def made_motor(**more):
     return motor_on(MAP, resistance=0.02, pole_pairs=4, **more)
 
 
+@pytest.mark.slow
 def test_it_holds_the_map_of_a_motor_that_saturates():
     with flux_bench(made_motor(), PLATE, seed=3) as bench:
         found = map_of(bench, PLATE)
@@ -73,7 +74,7 @@ def test_a_drive_that_is_off_in_everything_is_in_the_interval():
     with flux_bench(
         made_motor(iron=Iron(hysteresis_loss=2.0, eddy_loss=0.004)), PLATE, seed=5, setting=setting
     ) as bench:
-        found = map_of(bench, PLATE)
+        found = map_of(bench, PLATE, "locations=24")
     off, uncertainty = errors_of(found, MAP)
     # Gains within their limits alone are 0.3 %: of eight seeds three have a worst point of 0.51 to 0.52 %.
     assert np.abs(off).max() < 6e-3 * found.findings["full_scale"]
@@ -84,7 +85,9 @@ def test_a_drive_that_is_off_in_everything_is_in_the_interval():
     assert abs(found.findings["angle"]["value"]) == pytest.approx(off_by, abs=5e-4)
 
 
-@pytest.mark.parametrize("degrees", [-30.0, 8.0, 60.0])
+@pytest.mark.parametrize(
+    "degrees", [pytest.param(-30.0, marks=pytest.mark.slow), 8.0, pytest.param(60.0, marks=pytest.mark.slow)]
+)
 def test_an_angle_of_the_drive_that_is_far_off_is_named_and_gives_no_map(degrees):
     setting = BenchSetting(disturbances=Disturbances(inverter=CurrentLoop(angle_error=np.radians(degrees))))
     with (
@@ -98,7 +101,7 @@ def test_an_angle_of_the_drive_that_is_far_off_is_named_and_gives_no_map(degrees
 
 def test_torque_and_its_largest_per_ampere_are_the_maps():
     with flux_bench(made_motor(), PLATE, seed=4, errors=Errors.drawn(np.random.default_rng(4))) as bench:
-        found = map_of(bench, PLATE)
+        found = map_of(bench, PLATE, "locations=24")
     beta = np.radians(np.linspace(0.0, 89.0, 891))
     i_d, i_q = -50.0 * np.sin(beta), 50.0 * np.cos(beta)
     psi_d, psi_q = MAP.flux(i_d, i_q)
@@ -114,6 +117,7 @@ def test_torque_and_its_largest_per_ampere_are_the_maps():
     )
 
 
+@pytest.mark.slow
 def test_magnets_that_have_warmed_up_are_no_contradiction_of_the_shafts_torque():
     """The map is that of cold magnets, the shaft has the torque of warm ones: 4 % less of their flux at the end."""
     with flux_bench(replace(made_motor(), thermal_resistance=80.0), PLATE, seed=4) as bench:
@@ -123,6 +127,7 @@ def test_magnets_that_have_warmed_up_are_no_contradiction_of_the_shafts_torque()
     assert not found.warnings
 
 
+@pytest.mark.slow
 def test_iron_that_brakes_is_no_contradiction_of_the_shafts_torque():
     """At the largest flux iron takes 2 % of the current, and the shaft lacks its torque."""
     with flux_bench(made_motor(iron=Iron(hysteresis_loss=15.0)), PLATE, seed=4) as bench:
@@ -132,7 +137,7 @@ def test_iron_that_brakes_is_no_contradiction_of_the_shafts_torque():
     assert not found.warnings
 
 
-@pytest.mark.parametrize("gain", ["current_gain", "voltage_gain"])
+@pytest.mark.parametrize("gain", ["current_gain", pytest.param("voltage_gain", marks=pytest.mark.slow)])
 def test_a_gain_beyond_its_limit_is_said_and_in_the_interval(gain):
     setting = BenchSetting(disturbances=Disturbances(inverter=CurrentLoop(**{gain: 0.1})))
     with flux_bench(made_motor(), PLATE, seed=6, setting=setting) as bench:
@@ -148,6 +153,7 @@ def test_a_gain_beyond_its_limit_is_said_and_in_the_interval(gain):
     assert low < most < high
 
 
+@pytest.mark.slow
 @needs_baldor
 def test_a_measured_map():
     table = np.loadtxt(BALDOR_FILE, delimiter=",", skiprows=1)
@@ -184,6 +190,7 @@ def test_a_map_that_ends_early_is_a_smaller_map():
     assert np.all(np.abs(off) <= 3.0 * uncertainty + 1e-12)
 
 
+@pytest.mark.slow
 def test_a_resistance_that_outweighs_the_inductance_is_said():
     with flux_bench(motor_on(MAP, resistance=1.0, pole_pairs=4), PLATE, seed=2) as bench:
         found = map_of(bench, PLATE, "locations=20", "current_share=0.5")
@@ -239,6 +246,7 @@ def test_the_table_stands_in_the_runs_folder_and_is_proved_with_it(motorbench, t
     assert json.loads((Path(folder) / "result.json").read_text())["status"] == "completed"
 
 
+@pytest.mark.slow
 def test_a_motor_that_is_not_symmetric_is_read_on_both_sides():
     axis = np.linspace(-60.0, 60.0, 25)
     i_d, i_q = (each.ravel() for each in np.meshgrid(axis, axis, indexing="ij"))

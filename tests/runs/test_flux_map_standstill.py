@@ -99,7 +99,7 @@ PLACES = (
     "flux_map_standstill.take_strokes",
     "standstill_run.StrokePlan",
     "standstill_run._rest",
-    "flux_map_standstill.fit_standstill",
+    pytest.param("flux_map_standstill.fit_standstill", marks=pytest.mark.slow),
     "flux_map_standstill.report_mtpa",
 )
 

@@ -42,6 +42,7 @@ def test_a_rotor_that_falls_out_of_step_for_want_of_voltage_is_told_why(motorben
     assert "the inverter's DC link may be too low" in str(result)
 
 
+@pytest.mark.slow
 def test_the_virtual_dynamometer_holds_the_motors_torque(motorbench, tmp_path):
     """At 20 A and 41° it makes 89 N·m by its constants."""
     file = tmp_path / "motor.toml"

@@ -45,6 +45,7 @@ def test_a_supply_smaller_than_the_motor_is_used_and_told(tmp_path: Path) -> Non
     assert "channels-differ" not in ran.warnings
 
 
+@pytest.mark.slow
 def test_a_rehearsal_on_the_virtual_station_is_as_large_as_the_motor(motorbench, tmp_path: Path) -> None:
     path = tmp_path / "motor.toml"
     path.write_text(MOTOR)

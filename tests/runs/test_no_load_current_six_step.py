@@ -40,7 +40,9 @@ def test_a_bearing_that_brakes_takes_more(bench):
         assert measure(other, FILE.nameplate, NAME).parameter("no_load_bus_current").value > 1.5 * usual
 
 
-@pytest.mark.parametrize("factor", [5.0, 20.0, 60.0])
+@pytest.mark.parametrize(
+    "factor", [pytest.param(5.0, marks=pytest.mark.slow), 20.0, pytest.param(60.0, marks=pytest.mark.slow)]
+)
 def test_what_accelerates_a_heavy_rotor_is_no_no_load_current(factor):
     """A flywheel runs up for as long as the readings last: the mean of the first ones was 9 % and 67 % too high."""
     heavy = replace(FILE.virtual_motor(), inertia=factor * FILE.virtual_motor().inertia)
@@ -52,6 +54,7 @@ def test_what_accelerates_a_heavy_rotor_is_no_no_load_current(factor):
     assert found.value == pytest.approx(truth, rel=0.015)
 
 
+@pytest.mark.slow
 def test_a_rotor_that_runs_up_for_longer_is_refused():
     heavy = replace(FILE.virtual_motor(), inertia=1000.0 * FILE.virtual_motor().inertia)
     drive = replace(FILE.six_step, inertia=1000.0 * FILE.six_step.inertia)

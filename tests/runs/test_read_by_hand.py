@@ -217,7 +217,7 @@ class Nodding:
         assert str(task)
 
 
-@pytest.mark.parametrize("late", [False, True])
+@pytest.mark.parametrize("late", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_records_saved_as_files_give_what_the_wire_gives(bench, tmp_path, late):
     saver = Saver(tmp_path, late=late)
     (tmp_path / "old.csv").write_text("time (s),CH1 (V)\n0,1\n1,2\n", encoding="utf-8")

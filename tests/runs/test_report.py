@@ -90,7 +90,7 @@ def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
 def test_the_report_names_the_motor_by_the_number_that_was_typed(call: Call, tmp_path: Path) -> None:
     typed = ("--serial-number", "SN-0815", "--runs", str(tmp_path))
     assert call("run", "nameplate", "--station", "virtual", "--motor", "lg-400w", *typed)[0] == 0
-    assert call("report", "latest", "--runs", str(tmp_path), "--language", "both")[0] == 0
+    assert call("report", "latest", "--runs", str(tmp_path), "--language", "en")[0] == 0
     page = next(tmp_path.glob("*/report-*.html"))
     assert "SN-0815" in Words(page.read_text(encoding="utf-8")).text
     assert "SN-0815" in "".join(one.extract_text() for one in pages_of(page.with_suffix(".pdf").read_bytes()))

@@ -84,6 +84,7 @@ def test_it_stops_at_the_motor_s_largest_current_and_carries_nothing_on():
     assert within(result.parameter("d_axis_chord_inductance"), MOTOR.d_axis_inductance_y)
 
 
+@pytest.mark.slow
 def test_speeds_between_are_read_where_the_current_ends_it_after_too_few():
     plate = replace(PLATE, maximum_current=28.0)
     result = one(
@@ -285,7 +286,7 @@ def holds(result, motor):
     return low <= motor.stator_resistance_y + Leads().resistance <= high
 
 
-@pytest.mark.parametrize("motor", [MOTOR, ROUND])
+@pytest.mark.parametrize("motor", [MOTOR, pytest.param(ROUND, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "factor", [1.05, *(pytest.param(factor, marks=pytest.mark.slow) for factor in (0.5, 0.9, 0.95, 1.03, 1.2))]
 )
@@ -312,6 +313,7 @@ def test_a_torque_that_lags_unsaid_is_held_and_named():
     assert "a slow filter of the torque" in " ".join(str(warning.message) for warning in result.warnings)
 
 
+@pytest.mark.slow
 def test_currents_that_no_short_circuit_has_give_no_inductance():
     result = disturbed(MOTOR, limit=25.0)
     assert "d_axis_chord_inductance" not in {given.name for given in result.parameters}

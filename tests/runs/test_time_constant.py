@@ -49,7 +49,9 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=pytest.mark.slow if "current" in case else ()) for case in CASES]
+)
 def test_both_axes_hold_the_truth(motorbench, tmp_path, case):
     rated, virtual, largest = CASES[case]
     motor = motor_file(tmp_path, rated, coulomb_friction=1e-4 * rated, cogging_torque=0.0, **virtual)
@@ -98,6 +100,7 @@ def test_too_few_volts_for_an_unknown_winding_are_named(motorbench, tmp_path):
     assert "its highest voltage: the loop has 12 Ω" in given["cause"]
 
 
+@pytest.mark.slow
 def test_hum_of_a_third_of_a_small_step_is_no_missing_baseline(motorbench, tmp_path):
     disturbances = tmp_path / "disturbances.toml"
     disturbances.write_text("[channels.1]\nhum = 0.02\nhum_frequency = 50\n", encoding="utf-8")

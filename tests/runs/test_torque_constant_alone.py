@@ -28,8 +28,8 @@ def found_with(**errors: float) -> ProcedureResult:
         ({}, False),
         ({"angle_error": 0.05, "voltage_delay": 4e-5, "dead_time": 1e-6}, False),
         ({"current_gain": 0.05}, True),
-        ({"current_gain": -0.05}, True),
-        ({"voltage_gain": 0.05}, True),
+        pytest.param({"current_gain": -0.05}, True, marks=pytest.mark.slow),
+        pytest.param({"voltage_gain": 0.05}, True, marks=pytest.mark.slow),
     ],
 )
 def test_the_interval_holds_the_truth_and_says_what_the_voltages_contradict(

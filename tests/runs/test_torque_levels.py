@@ -78,6 +78,7 @@ def test_a_zero_that_moves_while_the_current_rises_is_no_slope(drift):
     assert found.findings["settling"] == pytest.approx(0.1)
 
 
+@pytest.mark.slow
 def test_right_wires_are_not_accused_while_the_torque_of_the_run_up_is_still_shown():
     motor, plate = draw_motor(np.random.default_rng([7, 48]))
     with VirtualBench(motor, seed=5, sockets=False) as bench:

@@ -44,6 +44,7 @@ def test_a_flux_map_leaves_out_where_the_dynamometer_does_not_hold_and_says_so(
     assert not ran.left["energised"]
 
 
+@pytest.mark.slow
 def test_a_flux_map_of_which_the_dynamometer_leaves_nothing_is_refused_for_that(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

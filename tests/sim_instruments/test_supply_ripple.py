@@ -55,7 +55,7 @@ def test_the_output_of_an_open_supply_shows_it(ripple: float, frequency: float) 
     assert np.std(seen) == pytest.approx(ripple / math.sqrt(3.0), rel=0.05)
 
 
-@pytest.mark.parametrize("ripple", [0.003, 0.02])
+@pytest.mark.parametrize("ripple", [pytest.param(0.003, marks=pytest.mark.slow), 0.02])
 def test_a_step_on_a_rippling_supply_holds_the_inductance(ripple: float) -> None:
     with VirtualBench(MOTOR, seed=1, setting=rippled(ripple), sockets=False) as bench:
         # A current that the supply's volts drive through this winding.

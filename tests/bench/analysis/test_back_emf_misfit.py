@@ -197,7 +197,7 @@ def test_a_third_harmonic_in_phase_says_that_no_lines_were_probed(tmp_path: Path
     assert flux(insisted)["value"] == pytest.approx(truth / np.sqrt(3.0), rel=1e-3)
 
 
-@pytest.mark.parametrize("common", [True, False])
+@pytest.mark.parametrize("common", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_hum_that_is_the_same_in_three_channels_says_that_no_lines_were_probed(tmp_path: Path, common: bool) -> None:
     path = three(tmp_path, "CH1 CH2 CH3", third=0.0)
     columns = np.loadtxt(path, delimiter=",", skiprows=1)
@@ -258,7 +258,7 @@ def ends(folder: Path, own: float, hum: float = 0.3, middle: float = 0.0) -> Pat
 
 
 @pytest.mark.parametrize("own", [0.5, 0.56, 0.44])
-@pytest.mark.parametrize("middle", [0.0, 0.1])
+@pytest.mark.parametrize("middle", [0.0, pytest.param(0.1, marks=pytest.mark.slow)])
 def test_two_ends_of_one_line_give_its_voltage_by_their_difference(tmp_path: Path, own: float, middle: float) -> None:
     path = ends(tmp_path, own, middle=middle)
     alone = analyze_back_emf(path, coupling={"": "dc"}, pole_pairs=7)

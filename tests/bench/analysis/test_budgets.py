@@ -53,6 +53,7 @@ def assert_held(counts: dict[str, int], names: Iterable[str]) -> None:
     assert min(counts.values()) >= ENOUGH, counts
 
 
+@pytest.mark.slow
 def test_step_response_holds_the_truth_of_a_scope_and_a_winding_off_by_what_is_stated(tmp_path: Path) -> None:
     random = np.random.default_rng(11)
     truth = {"loop_resistance": sim.R, "loop_inductance": sim.L, "d_axis_inductance": 2 / 3 * sim.L}

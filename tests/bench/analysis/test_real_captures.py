@@ -40,6 +40,7 @@ def test_rohde_schwarz_record_of_500_rpm() -> None:
     assert not any("differ by more than" in w["text"] for w in found["warnings"])
 
 
+@pytest.mark.slow
 def test_rohde_schwarz_record_with_the_probe_factor_forgotten() -> None:
     found = analyze_back_emf(RTB, pole_pairs=7)
     assert set(found["parameters"]) == {"electrical_frequency"}
@@ -64,6 +65,7 @@ def test_tektronix_record_of_a_hand_drill() -> None:
     assert first.values == pytest.approx(second.values, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_the_two_ends_of_a_line_on_one_oscilloscope_and_three_phases_on_another_are_one_motor() -> None:
     """Two probes on two terminals, no ground on the motor: each shows half of the line's voltage. Three probes make a star point."""
     found = analyze_back_emf(TEKTRONIX)

@@ -268,6 +268,7 @@ def test_half_a_pole_pair_is_none(call: Call, emf: Path) -> None:
     assert (code, "--pole-pairs 3.5: allowed is a whole number from 1 to 200" in err) == (2, True)
 
 
+@pytest.mark.slow
 def test_the_frequency_of_a_clipped_record_holds_the_truth(call: Call, tmp_path: Path) -> None:
     wave = np.clip(5.0 * np.sin(2.0 * np.pi * 75.0 * TIMES) + NOISE, -0.5, 0.5)
     file = table(tmp_path / "cut.csv", "time (s),CH1 (V)", TIMES, wave)

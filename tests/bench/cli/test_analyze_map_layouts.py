@@ -90,8 +90,8 @@ def test_a_unit_that_is_left_open_is_refused_with_advice(
     ("heading", "column"),
     [
         ("rpm,current_A", ()),
-        ("n [1/min],I (A)", ()),
-        ("Speed in rpm;Current in A", ()),
+        pytest.param("n [1/min],I (A)", (), marks=pytest.mark.slow),
+        pytest.param("Speed in rpm;Current in A", (), marks=pytest.mark.slow),
         ("n;i\nmin-1;A", ()),
         ("speed,current", ("speed=speed (rpm)", "current=current (A)")),
     ],

@@ -124,7 +124,7 @@ def test_every_procedures_hand_work_is_drawn_by_the_rules(scenes: list[Scene]) -
             assert picture.nets(names) == told(scene.layout), (scene, form)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=25)
 @given(st.data())
 def test_any_other_connection_too(data: st.DataObject) -> None:
     """One source and any probes, from any layout to any other."""
@@ -268,7 +268,7 @@ def test_the_upright_form_is_higher_than_wide() -> None:
 
 
 @given(st.tuples(*[st.sampled_from(Socket)] * 3), st.booleans(), st.sampled_from([WYE, DELTA]))
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=15)
 def test_every_lead_is_told_to_who_cannot_see_it(
     sockets: tuple[Socket, ...], probes: bool, nameplate: Nameplate
 ) -> None:
@@ -325,6 +325,7 @@ def test_colour_names() -> None:
     assert len({css_colour(name) for name in ("red", "blue", "black", "white", "yellow", "green")}) == 6
 
 
+@pytest.mark.slow
 def test_words_are_no_wider_than_the_room_that_is_kept_for_them(scenes: list[Scene]) -> None:
     from PIL import ImageFont
 

@@ -103,7 +103,7 @@ TESTS = st.lists(
 )
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(TESTS, st.sampled_from([7, 0, -7]))
 def test_they_are_those_of_motors_counted_one_by_one(
     engine: Engine, records: Records, tests: list[Tested], minutes: int

@@ -187,6 +187,10 @@ def said_at(node: ast.AST, where: str) -> Iterator[str]:
         yield from (name for name in named if re.search("[a-z]{2}", name))
 
 
+#: Pieces of code that may say something; a million others are passed over.
+SAYING = frozenset((ast.Call, ast.ClassDef, ast.Assign, ast.AnnAssign))
+
+
 @cache
 def templates() -> dict[str, str]:
     found: dict[str, str] = {}
@@ -194,7 +198,7 @@ def templates() -> dict[str, str]:
         for path in sorted((ROOT / folder).rglob("*.py")):
             where = str(path.relative_to(ROOT))
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.Call | ast.ClassDef | ast.Assign | ast.AnnAssign):
+                if type(node) in SAYING:
                     found |= {template: where for template in said_at(node, where) if template not in found}
     for piece, where in asked_for().items():
         found.setdefault(piece, where)

@@ -49,7 +49,7 @@ def writing_into(left: list[int]) -> Callable[[int, Any], int]:
     return write
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(room=st.integers(0, 900), reserve=st.integers(0, 900))
 def test_whatever_room_is_left_the_journal_holds_whole_events_only(
     tmp_path_factory: pytest.TempPathFactory, room: int, reserve: int

@@ -57,7 +57,7 @@ odd = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.dictionaries(st.text(), odd, max_size=4))
 def test_nothing_breaks_a_line(data: dict[str, Any]) -> None:
     line = dumps({"data": data})

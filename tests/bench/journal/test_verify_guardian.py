@@ -392,7 +392,7 @@ def outcome(run: RunFolder) -> tuple[Integrity, list[str], str]:
 
 @pytest.mark.parametrize("ended", ["stopped_run", "killed_run", "virtual_run"])
 @settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
 )
 @given(
     file=st.integers(0, 50),

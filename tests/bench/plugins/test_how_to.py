@@ -82,12 +82,14 @@ def test_the_oscilloscope_passes_the_conformance_kit(folder: Path, conformance: 
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [
-        ("told.y_reference + told.y_origin", "told.y_reference"),
+        pytest.param("told.y_reference + told.y_origin", "told.y_reference", marks=pytest.mark.slow),
         ("_offset_sign = -1.0", "_offset_sign = 1.0"),
         ("- pre_trigger * record_time", "+ pre_trigger * record_time"),
-        ('"WAIT": Acquiring.ARMED', '"WAIT": Acquiring.DONE'),
-        ('_transfer = (":WAV:MODE RAW", ":WAV:FORM BYTE")', '_transfer = (":WAV:FORM BYTE",)'),
-        ('trigger_row(":TRIG:COUP", "DC")', "()"),
+        pytest.param('"WAIT": Acquiring.ARMED', '"WAIT": Acquiring.DONE', marks=pytest.mark.slow),
+        pytest.param(
+            '_transfer = (":WAV:MODE RAW", ":WAV:FORM BYTE")', '_transfer = (":WAV:FORM BYTE",)', marks=pytest.mark.slow
+        ),
+        pytest.param('trigger_row(":TRIG:COUP", "DC")', "()", marks=pytest.mark.slow),
     ],
 )
 def test_a_mistake_in_the_oscilloscope_s_own_is_found(
@@ -159,7 +161,9 @@ def test_a_reading_in_a_unit_that_is_none_is_refused_at_the_station(
     assert told in said, said
 
 
-@pytest.mark.parametrize("procedure", ["back-emf-constant", "dq-inductance-time-constant"])
+@pytest.mark.parametrize(
+    "procedure", [pytest.param("back-emf-constant", marks=pytest.mark.slow), "dq-inductance-time-constant"]
+)
 def test_the_oscilloscope_is_rehearsed(call: Call, folder: Path, procedure: str) -> None:
     (folder / "station.toml").write_text(stations("add-a-driver.md")[0], encoding="utf-8")
     _, out, err = call("run", procedure, "--station", "station.toml", "--motor", "lg-400w", "--rehearse", "--json")

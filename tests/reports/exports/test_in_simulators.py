@@ -41,6 +41,7 @@ def test_motulator(make_subject: Callable[..., Subject]) -> None:
     assert machine.rhs()[0] == pytest.approx(complex(1.0, 2.0) - R * CURRENT, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_gym_electric_motor(make_subject: Callable[..., Subject]) -> None:
     with warnings.catch_warnings():
         # Its docstrings hold escapes that Python warns of on first compilation.

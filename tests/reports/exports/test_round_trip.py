@@ -39,7 +39,7 @@ motors = st.builds(
     st.floats(1e-8, 1e-2),
 )
 #: A fixture that only makes things may serve all examples.
-shared = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=40)
+shared = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=20)
 
 
 def test_every_target_has_a_reader() -> None:

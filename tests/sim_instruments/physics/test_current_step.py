@@ -44,7 +44,9 @@ def flux_at(state: Any) -> complex:
     return complex(complex(psi_d, psi_q) * np.exp(1j * state.electrical_angle))
 
 
-@pytest.mark.parametrize(("inertia", "held"), [(0.015, False), (2e-4, False), (0.015, True)])
+@pytest.mark.parametrize(
+    ("inertia", "held"), [pytest.param(0.015, False, marks=pytest.mark.slow), (2e-4, False), (0.015, True)]
+)
 def test_the_voltages_integral_is_the_flux_of_a_rotor_that_swings(inertia: float, held: bool) -> None:
     world, clock = bench(inertia, held=held)
     for channel, node in enumerate(TERMINALS, 1):

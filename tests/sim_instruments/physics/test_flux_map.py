@@ -247,7 +247,7 @@ def test_a_file_that_is_no_text(tmp_path: Path) -> None:
 
 
 @given(st.text(alphabet="id_Aq,psVn.+-0123456789eE#\n \"'", max_size=400))
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_no_text_is_a_traceback_of_another_kind(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     file = written(tmp_path_factory.getbasetemp(), "id_A,iq_A,psi_d_Vs,psi_q_Vs\n" + text)
     with pytest.raises(ValueError, match=r"map"):

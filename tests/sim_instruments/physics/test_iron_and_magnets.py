@@ -160,6 +160,7 @@ def test_magnets_follow_the_winding_behind_it(lab: Any) -> None:
         assert largest / omega == pytest.approx(given.flux_linkage_y * (1.0 - 0.001 * (warm - 25.0)), rel=6e-4)
 
 
+@pytest.mark.slow
 def test_magnets_are_warmed_by_the_iron(lab: Any) -> None:
     given = by_constants(lab, magnets=Magnets(time_constant=50.0, thermal_resistance=20.0))
     world = turned(lab, given, 300.0)
@@ -210,7 +211,7 @@ def test_a_map_holds_its_saturation(lab: Any) -> None:
         on_map(lab, d_axis_saturation_current=50.0)
 
 
-@pytest.mark.parametrize("voltage", [0.3, 1.5])
+@pytest.mark.parametrize("voltage", [0.3, pytest.param(1.5, marks=pytest.mark.slow)])
 def test_a_free_rotor_comes_to_rest_under_hysteresis_while_the_current_decays(lab: Any, voltage: float) -> None:
     # The flux, and with it the hysteresis, falls with the current: the rotor must stand or move, and not both in turn.
     world, clock = lab.ideal_world(on_map(lab), initial_angle=0.1)

@@ -72,7 +72,7 @@ def dq(phases: np.ndarray, angle: Any) -> np.ndarray:
 # Against equations written out anew
 
 
-@pytest.mark.parametrize("degrees", [35.0, 200.0])
+@pytest.mark.parametrize("degrees", [35.0, pytest.param(200.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("terminals", ["one against two", "two"])
 def test_a_step_on_a_held_rotor(lab: Any, degrees: float, terminals: str) -> None:
     angle, made = math.radians(degrees), MADE.map(80.0, 41)
@@ -190,8 +190,9 @@ def test_three_shorted_terminals(lab: Any, iron: Iron, speed: float) -> None:
 # Energy
 
 
+@pytest.mark.slow
 @given(made_motors(), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-400.0, 400.0), st.booleans())
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_power_in_is_copper_iron_and_shaft(motor: MadeMotor, d: float, q: float, speed: float, delta: bool) -> None:
     reach = reach_of(motor)
     made = motor.map(reach, 17)

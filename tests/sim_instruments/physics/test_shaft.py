@@ -104,7 +104,7 @@ def test_static_friction_holds_and_opposing_torque_reverses(coupled: tuple[World
     assert world.dynamometer.torque(0.1) == pytest.approx(0.03 + 4e-5 * MACHINE.maximum_speed)
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(
     speed=st.floats(-500.0, 500.0),
     torque=st.floats(-1.0, 1.0),

@@ -17,7 +17,7 @@ TIMES = np.linspace(0, 2, 40001)
 BASIS = np.exp(EXPONENTS[:, None] * TIMES)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     st.lists(st.floats(-3, 3), min_size=3, max_size=3),
     st.floats(-1, 3),

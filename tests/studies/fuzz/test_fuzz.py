@@ -18,7 +18,7 @@ TARGETS = all_targets()
 def test_only_documented_errors(name: str) -> None:
     target = TARGETS[name]
 
-    @settings(max_examples=25, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=12, deadline=None, database=None, suppress_health_check=list(HealthCheck))
     @given(mutated(target.seeds))
     def run(data: bytes) -> None:
         with in_time():

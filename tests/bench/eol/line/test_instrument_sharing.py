@@ -154,7 +154,7 @@ _PIECE = st.tuples(_TIMES, st.frozensets(st.sampled_from(INSTRUMENTS), max_size=
 @given(
     st.lists(st.lists(_PIECE, min_size=1, max_size=5), min_size=1, max_size=4), st.integers(0, 9), st.integers(10, 19)
 )
-@settings(max_examples=150)
+@settings(max_examples=60)
 def test_who_gets_what_when_does_not_depend_on_who_computes_first(
     work: list[list[tuple[float, frozenset[str], float]]], one: int, other: int
 ) -> None:

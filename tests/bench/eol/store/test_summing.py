@@ -145,7 +145,7 @@ STEPS = st.lists(
 )
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(STEPS, st.sampled_from([1, -1]))
 def test_statistics_are_those_of_the_records(engine: Engine, records: Records, steps: list[Any], hours: int) -> None:
     with engine.begin() as connection:

@@ -47,7 +47,7 @@ from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS
 
 _BY_102 = {"maximum_frequency": 1e6}
 #: Those that a check of takes well under half a second.
-QUICK = ("keysight-e4980a", "keysight-34461a", "lutron-tachometer", "keysight-34970a", "gwinstek-gpt9800")
+QUICK = ("keysight-34461a", "lutron-tachometer", "gwinstek-gpt9800")
 #: A make that nobody of us knows, as the how-to has it: one that does not confirm that its output is off.
 CARELESS = """
 from contextlib import contextmanager
@@ -94,7 +94,7 @@ def test_a_fault_that_is_not_told_as_it_should_be_is_found() -> None:
     assert any(check.startswith("a fault of its own at '") and check.endswith("'") for check in found)
 
 
-@pytest.mark.parametrize("name", ["cia402-inverter", "cia402-six-step"])
+@pytest.mark.parametrize("name", [pytest.param("cia402-inverter", marks=pytest.mark.slow), "cia402-six-step"])
 @pytest.mark.parametrize("looks", [True, False])
 def test_what_somebody_else_stopped_must_be_told(monkeypatch: pytest.MonkeyPatch, looks: bool, name: str) -> None:
     if not looks:
@@ -235,24 +235,33 @@ def test_mistakes_are_found(
         ),
         ("keysight-34461a", Manual(replies=(Reply("READ", b"+1.0E+00", MeasurementError),)), "measure_voltage"),
         ("keysight-34461a", Manual(replies=(Reply("READ", b"+1.0E+00", reads={"value": 2.0}),)), "measure_voltage"),
-        ("keysight-34461a", Manual(replies=(Reply("READ", b"+9.9E+37", CommunicationError),)), "measure_voltage"),
+        pytest.param(
+            "keysight-34461a",
+            Manual(replies=(Reply("READ", b"+9.9E+37", CommunicationError),)),
+            "measure_voltage",
+            marks=pytest.mark.slow,
+        ),
         ("keysight-34461a", Manual(replies=(Reply("READ", b"+9.9E+37", None),)), "is no error"),
-        ("keysight-34461a", Manual(replies=(Reply("NEVER", b"0", None),)), "is no error"),
+        pytest.param(
+            "keysight-34461a", Manual(replies=(Reply("NEVER", b"0", None),)), "is no error", marks=pytest.mark.slow
+        ),
         ("gwinstek-gpt9800", Manual(not_yet=(NotYet(r"FUNC:TEST\?", b"TEST ON", 9.0),)), "patience"),
         ("lutron-tachometer", Manual(replies=(Reply("frame", b"", says="no such words"),)), "measure_speed"),
         ("lutron-tachometer", Manual(replies=(Reply("frame", 9 * b"0", within=0.1),)), "in time"),
         ("lutron-tachometer", Manual(takes={"measure_speed": (2.0, 3.0)}), "measure_speed() lasts"),
         ("lutron-tachometer", Manual(port={"baudrate": 4800}), "baudrate of the port"),
         ("keysight-e4980a", Manual(models=(Model({r"\*OPT\?": b"032"}, states=_BY_102),)), "maximum_frequency with"),
-        (
+        pytest.param(
             "keysight-infiniivision",
             Manual(models=(Model(states={("attenuation", 1): 1.0}),)),
             "('attenuation', 1) with its options",
+            marks=pytest.mark.slow,
         ),
-        (
+        pytest.param(
             "keysight-34461a",
             Manual(models=(Model(options={"calibration": {}}, error=IdentityError),)),
             "not opened with",
+            marks=pytest.mark.slow,
         ),
         (
             "gwinstek-gpt9800",

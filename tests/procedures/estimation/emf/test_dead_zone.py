@@ -38,6 +38,7 @@ def test_a_dead_zone_is_told_and_its_loss_is_in_the_interval(zone: float) -> Non
         assert abs(value - FLUX) < 2.0 * uncertainty
 
 
+@pytest.mark.slow
 def test_a_winding_s_own_odd_harmonics_are_no_dead_zone() -> None:
     many = tuple((order, 0.2 / order**1.5) for order in range(3, 26, 2))
     assert not any(recorded(seed, harmonics=many).misfit for seed in range(10))

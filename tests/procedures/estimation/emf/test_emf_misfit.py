@@ -34,13 +34,14 @@ def holds(fit: BackEmfFit, true: float, times: float = 1.0) -> bool:
     return abs(flux.value - true) <= 0.5 * times * (high - low)
 
 
-def test_a_clean_record_is_told_nothing_of() -> None:
+@pytest.mark.parametrize("records", [12, pytest.param(60, marks=pytest.mark.slow)])
+def test_a_clean_record_is_told_nothing_of(records: int) -> None:
     random = np.random.default_rng(3)
     said = 0
-    for seed in range(60):
+    for seed in range(records):
         setup = replace(draw(random), drift=0.0, points=1000)
         said += bool(fitted(setup, seed).misfit)
-    assert said <= 2
+    assert said <= records / 30
 
 
 @pytest.mark.parametrize("gain", [0.02, -0.1])
@@ -67,13 +68,14 @@ def test_polarities_so_unequal_that_the_interval_would_say_little_give_no_flux_l
         assert reason.cause is Cause.DISTORTION
 
 
-def test_a_machine_of_many_odd_harmonics_is_not_taken_for_a_bent_channel() -> None:
+@pytest.mark.parametrize("records", [8, pytest.param(40, marks=pytest.mark.slow)])
+def test_a_machine_of_many_odd_harmonics_is_not_taken_for_a_bent_channel(records: int) -> None:
     random, said = np.random.default_rng(6), 0
-    for seed in range(40):
+    for seed in range(records):
         odd = tuple((k, float(random.uniform(0.0, 0.1 / k)), float(random.uniform(0.0, 6.3))) for k in range(3, 26, 2))
         setup = replace(draw(random), harmonics=odd, drift=0.0, points=1000)
         said += any(finding.cause is Cause.DISTORTION for finding in fitted(setup, seed).misfit.findings)
-    assert said <= 2
+    assert said <= records / 20
 
 
 @pytest.mark.parametrize("ends", [(0.95, 0.95), (0.85, 0.85), (np.inf, 0.9), (0.8, np.inf)])

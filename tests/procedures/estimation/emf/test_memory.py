@@ -42,6 +42,7 @@ def test_hysteresis_is_told_with_what_it_takes_of_the_fundamental(width: float) 
         assert 0.4 * missing < lost < 2.0 * missing
 
 
+@pytest.mark.slow
 def test_a_winding_s_own_harmonics_are_no_hysteresis() -> None:
     random = np.random.default_rng(3)
     for seed in range(10):

@@ -61,7 +61,9 @@ def test_a_flux_linkage_that_changes_along_the_record_is_told_and_held(volts: Fl
         assert low <= FLUX <= high
 
 
-@pytest.mark.parametrize("coasting", [0.0, 0.02, 0.3])
+@pytest.mark.parametrize(
+    "coasting", [pytest.param(0.0, marks=pytest.mark.slow), 0.02, pytest.param(0.3, marks=pytest.mark.slow)]
+)
 def test_a_speed_that_falls_is_none(coasting: float) -> None:
     volts = voltages(coasting=coasting)
     for seed in range(5):

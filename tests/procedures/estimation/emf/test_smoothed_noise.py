@@ -92,7 +92,15 @@ def test_a_smoothed_record_is_told_and_held(
         assert 0.1 * share < lost < 1.5 * share
 
 
-@pytest.mark.parametrize(("codes", "noise_codes"), [(90.0, 0.2), (90.0, 1.0), (1500.0, 0.5), (1500.0, 8.0)])
+@pytest.mark.parametrize(
+    ("codes", "noise_codes"),
+    [
+        (90.0, 0.2),
+        pytest.param(90.0, 1.0, marks=pytest.mark.slow),
+        pytest.param(1500.0, 0.5, marks=pytest.mark.slow),
+        (1500.0, 8.0),
+    ],
+)
 def test_a_clean_record_is_not(codes: float, noise_codes: float) -> None:
     for seed in range(10, 15):
         rows, step = recorded(seed, codes, noise_codes)

@@ -31,6 +31,7 @@ def test_what_the_instrument_cannot_tell_apart_is_no_contradiction() -> None:
     assert odd_reading([1.0e-3, 1.0e-3, 1.15e-3], 0.03, limit=1e-4) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [3, 4, 5])
 def test_noise_of_one_per_cent_hardly_ever_contradicts_by_a_tenth(count: int) -> None:
     readings = np.random.default_rng(count).normal(1.0, 0.01, (2000, count))

@@ -87,6 +87,7 @@ def test_noise_of_current_sensors_moves_no_flux_linkage() -> None:
     assert np.max(np.abs(found.map.flux - quiet.map.flux)) < 3e-3 * quiet.map.full_scale
 
 
+@pytest.mark.slow
 @given(miss=st.floats(0.001, 0.003), seed=st.integers(0, 2**16))
 @settings(max_examples=4)
 def test_set_points_that_the_inverter_misses_move_it(miss: float, seed: int) -> None:
@@ -165,6 +166,7 @@ def test_a_current_that_was_asked_for_beside_an_axis_loses_as_much_in_the_switch
     assert np.max(np.abs(errors(motor, made)[place])) < 0.008 * made.map.full_scale
 
 
+@pytest.mark.slow
 def test_gains_are_apart_from_scatter_and_common_to_all_points() -> None:
     motor = MOTORS["surface magnets"]
     _, readings, wanted = bench_of(motor, 1)
@@ -192,11 +194,13 @@ def test_an_asymmetric_motor_is_found_and_its_map_holds_all_the_same() -> None:
     assert np.mean(np.abs(errors(motor, made)) <= half_widths(made.map)) > 0.85
 
 
-def test_a_symmetric_motor_is_not_called_asymmetric() -> None:
-    for name, motor in MOTORS.items():
-        made = estimate_flux_map(bench_of(motor, 4)[1], gains=GAINS)
-        assert made.symmetric, name
-        assert made.symmetry_tested
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n == "bridged IPMSM" else pytest.mark.slow) for n in sorted(MOTORS)]
+)
+def test_a_symmetric_motor_is_not_called_asymmetric(name: str) -> None:
+    made = estimate_flux_map(bench_of(MOTORS[name], 4)[1], gains=GAINS)
+    assert made.symmetric
+    assert made.symmetry_tested
 
 
 def test_noise_that_is_not_stated_is_found() -> None:

@@ -48,7 +48,7 @@ def test_repeats_that_agree_say_nothing() -> None:
 
 
 @pytest.mark.parametrize("share", [0.015, 0.3])
-@pytest.mark.parametrize("stated", [True, False])
+@pytest.mark.parametrize("stated", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_the_one_of_three_that_contradicts_is_left_out(share: float, stated: bool) -> None:
     place = once()[7]
     made = estimated(share, place, [PLAN[once()[3]], PLAN[place], PLAN[place]], stated=stated)

@@ -33,7 +33,7 @@ def fitted(seed: int, *, warming: float = 0.0, torque: bool = True) -> ShortCirc
     )
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_torque_column_makes_the_q_axis_no_worse(seed: int) -> None:
     both, alone = fitted(seed).q_axis_inductance, fitted(seed, torque=False).q_axis_inductance
     assert both is not None
@@ -42,6 +42,7 @@ def test_a_torque_column_makes_the_q_axis_no_worse(seed: int) -> None:
     assert abs(both.value - L_Q) < 3.0 * both.standard_uncertainty
 
 
+@pytest.mark.slow
 def test_a_saliency_on_the_other_side_of_one_is_in_the_interval_of_the_q_axis() -> None:
     # Currents hardly depend on L_q about L_d: a fit of one minimum that ended below it held the truth in 30 of 40.
     # `python -m tests.studies.short_circuit_misfit` has more of them, and of those below.
@@ -57,6 +58,7 @@ def test_magnets_that_warm_along_give_no_inductance() -> None:
     assert all(found.withholding(name) for name in ("d_axis_inductance", "q_axis_inductance", "stator_resistance"))
 
 
+@pytest.mark.slow
 def test_magnets_that_warm_by_a_percent_stay_within_the_interval_of_the_d_axis() -> None:
     held = 0
     for seed in range(10):
@@ -174,6 +176,7 @@ def test_a_phase_that_differs_at_low_speed_only_stays_within_its_limit() -> None
     assert not holds(of(current * low, None).resistance_by_current, R)
 
 
+@pytest.mark.slow
 def test_a_winding_that_warms_is_held_with_torques_too() -> None:
     held = 0
     for seed in range(6):

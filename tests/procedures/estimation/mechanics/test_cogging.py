@@ -89,6 +89,7 @@ def test_single_zeros_are_readings_that_dropped_out_and_no_end_of_a_range():
     assert Cause.CLIPPED not in causes
 
 
+@pytest.mark.slow
 def test_the_uncertainty_is_that_of_repeated_turns():
     found = [fit_cogging(*turn(((24, 4e-3, 0.3), (48, 1e-3, 1.0)), seed=seed)) for seed in range(60)]
     off = np.array([one.peak_to_peak for one in found])
@@ -119,6 +120,7 @@ def test_too_little_of_a_known_order_is_refused():
         fit_cogging(*turn(readings=40, turns=1.0), order=24)
 
 
+@pytest.mark.slow
 def test_a_deep_record_is_read_by_its_means():
     found = fit_cogging(*turn(((372, 4e-3, 0.3), (2, 3e-3, 0.1)), readings=60_003, noise=1e-3))
     assert list(found.orders) == [372]

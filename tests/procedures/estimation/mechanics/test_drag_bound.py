@@ -11,7 +11,7 @@ OWN = OwnDrag(1.0e-4, 0.01, 2.0e-5)
 TOP = 250.0
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     motor=st.floats(1e-5, 1e-3),
     coulomb=st.floats(0.01, 4.0),

@@ -59,7 +59,7 @@ def test_friction_that_hides_behind_that_of_the_air_is_in_the_interval_of_a_coas
         assert abs(off) < 2.0 * fit.uncertainty("coulomb_deceleration")
 
 
-@pytest.mark.parametrize("time_constant", [0.09, 0.116])
+@pytest.mark.parametrize("time_constant", [0.09, pytest.param(0.116, marks=pytest.mark.slow)])
 def test_a_filter_that_is_slow_beside_a_light_shafts_ramps_moves_no_inertia(time_constant: float) -> None:
     """A quarter of its ramps is shorter than the filter: without it an inertia is off by 20 %."""
     shaft = Shaft(
@@ -107,7 +107,7 @@ def test_filters_that_are_stated_need_no_warning() -> None:
     assert not causes(fit) & {Cause.SPEED_FILTER, Cause.TORQUE_FILTER}
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
 def test_two_filters_before_a_quiet_speed_are_both_named(seed: int) -> None:
     # Where the torque's filter is undone, its scatter is far above the speed's.
     fit = measured(seed, noise=1e-3, speed_filter=0.03, torque_filter=0.05)

@@ -139,6 +139,7 @@ def test_one_wrong_reading_of_few_is_within_the_interval(count: int) -> None:
     assert held >= 55
 
 
+@pytest.mark.slow
 def test_noise_alone_hardly_ever_contradicts() -> None:
     random = np.random.default_rng(4)
     levels = np.array([1.0, 0.75, 0.5, 0.25, 1.0])
@@ -221,7 +222,7 @@ def test_straight_readings_are_told_nothing_of() -> None:
     assert told <= 6
 
 
-@pytest.mark.parametrize("lasts", [0.0, 3.0], ids=["at once", "along"])
+@pytest.mark.parametrize("lasts", [0.0, pytest.param(3.0, marks=pytest.mark.slow)], ids=["at once", "along"])
 def test_a_winding_that_its_own_readings_warm_is_held(lasts: float) -> None:
     """A fine wire's warmth follows the square of the current: most of it looks like a larger resistance."""
     levels, held = np.array([1.0, 0.75, 0.5, 0.25, 1.0]), 0

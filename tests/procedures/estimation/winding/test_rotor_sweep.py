@@ -174,6 +174,7 @@ def test_a_wild_reading_is_left_out_and_named(factor: float, timed: bool) -> Non
     assert axes.value("q_axis_inductance") == pytest.approx(LQ, rel=0.01)
 
 
+@pytest.mark.slow
 def test_readings_of_a_clean_sweep_are_all_taken() -> None:
     left = 0
     for seed in range(40):

@@ -67,7 +67,7 @@ def test_the_circuit_is_the_one_that_made_the_readings():
     assert found.inductance.high - found.inductance.low < 0.1 * 3.8e-3
 
 
-@pytest.mark.parametrize("winding", WINDINGS)
+@pytest.mark.parametrize("winding", [WINDINGS[0], *(pytest.param(w, marks=pytest.mark.slow) for w in WINDINGS[1:])])
 def test_a_skin_effect_in_the_wire_changes_the_inductance_little(winding):
     random = np.random.default_rng(1)
     for _ in range(20):
@@ -123,7 +123,9 @@ def test_a_field_that_diffuses_into_solid_iron_is_held():
     assert found.inductance.high - found.inductance.low < 0.15 * 3.8e-3
 
 
-@pytest.mark.parametrize("winding", [*WINDINGS, (6e-5, 0.032)])
+@pytest.mark.parametrize(
+    "winding", [WINDINGS[0], *(pytest.param(w, marks=pytest.mark.slow) for w in (*WINDINGS[1:], (6e-5, 0.032)))]
+)
 def test_what_is_hidden_is_no_less_than_circuits_that_are_not_seen(winding):
     random = np.random.default_rng(4)
     unseen = held = 0

@@ -56,11 +56,11 @@ def off(fit: StepFit, record: Sampled, name: str) -> float:
         ("pole", 0.1, Cause.BANDWIDTH),
         ("knee", 1.5, Cause.SATURATION),
         ("corner", 0.1, Cause.AC_COUPLED),
-        ("corner", 0.15, Cause.AC_COUPLED),
+        pytest.param("corner", 0.15, Cause.AC_COUPLED, marks=pytest.mark.slow),
         ("voltage_corner", 0.1, Cause.AC_COUPLED),
-        ("voltage_corner", 0.02, Cause.AC_COUPLED),
+        pytest.param("voltage_corner", 0.02, Cause.AC_COUPLED, marks=pytest.mark.slow),
         ("hum", 0.02, Cause.HUM),
-        ("voltage_hum", 0.02, Cause.HUM),
+        pytest.param("voltage_hum", 0.02, Cause.HUM, marks=pytest.mark.slow),
         ("slope", 0.02, Cause.SLOPE),
         ("odd", 0.02, Cause.RINGING),
         ("resonance", 20.0, Cause.RINGING),
@@ -80,9 +80,9 @@ def test_a_gross_disturbance_is_named_modelled_and_its_interval_holds(name: str,
     "law",
     [
         lambda i: 1.5 * np.tanh(i / 1.5),
-        lambda i: i - 0.1 * i**3,
-        lambda i: i / (1.0 + 0.1 * i**2),
-        lambda i: i / (1.0 + np.abs(0.85 * i) ** 6) ** (1.0 / 6.0),
+        pytest.param(lambda i: i - 0.1 * i**3, marks=pytest.mark.slow),
+        pytest.param(lambda i: i / (1.0 + 0.1 * i**2), marks=pytest.mark.slow),
+        pytest.param(lambda i: i / (1.0 + np.abs(0.85 * i) ** 6) ** (1.0 / 6.0), marks=pytest.mark.slow),
     ],
 )
 def test_a_current_probe_near_saturation_leaves_the_resistance_within_its_interval(law) -> None:
@@ -136,7 +136,10 @@ def test_eddy_currents_are_a_second_time_constant() -> None:
         assert off(fit, record, "inductance") < 4.0
 
 
-@pytest.mark.parametrize(("share", "time"), [(0.1, 0.3), (-0.1, 0.3), (-0.1, 2.0)])
+@pytest.mark.parametrize(
+    ("share", "time"),
+    [pytest.param(0.1, 0.3, marks=pytest.mark.slow), (-0.1, 0.3), pytest.param(-0.1, 2.0, marks=pytest.mark.slow)],
+)
 def test_a_divider_that_is_badly_compensated_is_named_and_held(share: float, time: float) -> None:
     # What a second circuit can do as well is within the interval.
     batch = with_("divider", share)
@@ -156,7 +159,15 @@ def test_saturation_offers_the_smaller_step() -> None:
     assert "zero current" in sentence(found).render()
 
 
-@pytest.mark.parametrize(("knee", "magnets"), [(1.8, -0.3), (2.5, -0.3), (2.0, 0.5), (3.0, -0.9)])
+@pytest.mark.parametrize(
+    ("knee", "magnets"),
+    [
+        (1.8, -0.3),
+        pytest.param(2.5, -0.3, marks=pytest.mark.slow),
+        pytest.param(2.0, 0.5, marks=pytest.mark.slow),
+        pytest.param(3.0, -0.9, marks=pytest.mark.slow),
+    ],
+)
 def test_iron_that_the_magnets_fill_is_no_second_circuit(knee: float, magnets: float) -> None:
     # Against the magnets the inductance rises first, and may fall again: no law of one figure is of that shape.
     batch = with_("knee", knee)
@@ -248,7 +259,7 @@ def test_a_current_that_dies_away_under_a_lasting_voltage_is_ac_coupled(corner: 
         assert all(sentence(f).render() for f in found.findings)
 
 
-@pytest.mark.parametrize("corner", [0.1, 0.5, 1.0, 3.0])
+@pytest.mark.parametrize("corner", [pytest.param(0.1, marks=pytest.mark.slow), 0.5, 1.0, 3.0])
 def test_a_voltage_that_is_ac_coupled_is_put_right_or_withheld(corner: float) -> None:
     for record in sampled(with_("voltage_corner", corner), bits=12, noise=(0.5, 2.0)):
         try:
@@ -272,6 +283,7 @@ def test_clean_records_are_not_accused() -> None:
     assert sum(warned) <= 3
 
 
+@pytest.mark.slow
 def test_noise_that_is_left_in_a_smoothed_voltage_is_no_ringing() -> None:
     """What of it lasts for some time constants drives a current: residuals of such records are not white."""
     batch = row("clean", 40, 6)

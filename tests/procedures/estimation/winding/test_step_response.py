@@ -50,6 +50,7 @@ def test_ripple_all_along_the_record_is_taken_as_sampled() -> None:
     assert fit.uncertainty("inductance") < 0.01 * L
 
 
+@pytest.mark.slow
 def test_levels_before_and_after_the_step_are_each_rounded_where_noise_is_small() -> None:
     time = np.arange(-800, 5200) * 8.0 / 5200.0
     truth = np.where(time > 0, 1.0, 0.0), np.where(time > 0, 1.0 - np.exp(-np.maximum(time, 0.0)), 0.0)

@@ -39,7 +39,7 @@ def _inverse(coupling: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("after", [4, 8, 16])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_two_missing_samples_soon_after_the_step_are_a_cause_beside_eddy_currents(after: int, seed: int) -> None:
     fit = fitted(2, after, seed)
     assert {Cause.DROPOUTS, Cause.SECOND_TIME_CONSTANT} <= {f.cause for f in fit.misfit.findings}

@@ -110,7 +110,13 @@ def turned_by_hand(random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]
     return speed, angle * 4 * np.pi / angle[-1] + random.uniform(0, 7)
 
 
-@pytest.mark.parametrize("what", ["turning induces a voltage", "meter warms up"])
+@pytest.mark.parametrize(
+    "what",
+    [
+        pytest.param("turning induces a voltage", marks=pytest.mark.slow),
+        pytest.param("meter warms up", marks=pytest.mark.slow),
+    ],
+)
 def test_what_moves_the_turning_points_is_in_the_interval_of_both_axes(what: str) -> None:
     held = told = given = 0
     for seed in range(12):

@@ -171,7 +171,7 @@ def test_the_position_is_set_by_a_register(frames: Frames) -> None:
     assert frames.ask("1d01") == "2d01" + struct.pack("<f", 0.25).hex()
 
 
-@settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.binary(max_size=64))
 def test_no_frame_brings_it_down(shared: Frames, data: bytes) -> None:
     drive = simulated(shared.bench)
