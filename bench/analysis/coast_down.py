@@ -25,7 +25,7 @@ from bench.captures import WHOLE, CaptureError, CapturePart, read_capture
 from bench.captures.written_digits import FloatArray
 from drivers.interfaces.text import Translate, english, text
 from procedures.estimation.fitting.fit import Fit
-from procedures.estimation.mechanics.inertia import QUADRATIC, SHARED, fit_coast_down, fit_ramps
+from procedures.estimation.mechanics.inertia import QUADRATIC, SHARED, fit_coast_downs, fit_ramps
 from reports.labels import ParameterLabels
 
 #: Readings at an end that are looked at together.
@@ -99,8 +99,8 @@ def analyze_coast_down(
     outcome = AnalysisOutcome("inertia", "3.5", captures[0], applied, translate)
     outcome.assume(*assumed)
     parts = [part for record in records for part in split(record.ramp())]
-    driven = len(parts) > 1 or any(np.any(part.torque) for part in parts)
-    if driven and at_speed:
+    driven, alone = any(np.any(part.torque) for part in parts), len(parts) == 1
+    if at_speed and not alone:
         raise CaptureError("at-speed", text("decelerations are given of a single coast-down; give it alone"))
     fit = estimated(captures[0], lambda: _fit(records, driven=driven))
     names = SHARED if driven else _RATES
@@ -136,14 +136,15 @@ def analyze_coast_down(
             "no torque on the shaft but its own friction, which depends on the speed alone",
         )
     )
-    outcome.warn(
-        text(
-            "friction that changes along a single coast-down, as where grease becomes thinner or a bearing load changes, looks like other "
-            "friction, and the intervals do not include it. Let the shaft turn until it is warm, and give two records, one made after the "
-            "other"
-        ),
-        "friction-drift-unseen",
-    )
+    if alone:
+        outcome.warn(
+            text(
+                "friction that changes along a single coast-down, as where grease becomes thinner or a bearing load changes, looks like "
+                "other friction, and the intervals do not include it. Let the shaft turn until it is warm, and give two records, one "
+                "made after the other"
+            ),
+            "friction-drift-unseen",
+        )
     reached = min(_reached(np.abs(part.speed)) for part in parts)
     if reached > _LOW_ENOUGH and fit.misfit.withholding(_RATES[0]) is None:
         outcome.warn(
@@ -155,9 +156,10 @@ def analyze_coast_down(
             ),
             "coast-lower",
         )
-    if not open_time:
+    if alone and not open_time:
         detail_decelerations(outcome, records[0], applied, fit.misfit, at_speed, inertia, inertia_uncertainty)
-    outcome.detail(initial_speed=fit.value("initial_speed"), residual_rms=fit.residual_rms)
+    firsts = {name: fit.value(name) for name in fit.names if name.startswith("initial_speed")}
+    outcome.detail(**firsts, residual_rms=fit.residual_rms)
     if inertia is None:
         outcome.warn(
             text(
@@ -201,8 +203,7 @@ def _fit(records: Sequence[RampRecord], error: ErrorInput | None = None, by: flo
     parts = [part for record in records for part in split(record.ramp(error, by))]
     if driven:
         return fit_ramps(parts)
-    only = parts[0]
-    return fit_coast_down(only.time, only.speed, speed_resolution=only.speed_resolution, speed_filter=only.speed_filter)
+    return fit_coast_downs(parts)
 
 
 def _uses(records: Sequence[RampRecord]) -> dict[str, Sequence[str]]:

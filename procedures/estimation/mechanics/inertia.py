@@ -54,7 +54,8 @@ def _integral(time: FloatArray, values: FloatArray) -> FloatArray:
 
 def _fit(runs: Sequence[Run], start: FloatArray, names: tuple[str, ...], *, unit_torque: bool) -> Fit:
     fit = explain(runs, start, unit_torque=unit_torque)
-    firsts = ("initial_speed",) if unit_torque else tuple(f"initial_speed_{k + 1}" for k in range(len(runs)))
+    alone = unit_torque and len(runs) == 1
+    firsts = ("initial_speed",) if alone else tuple(f"initial_speed_{k + 1}" for k in range(len(runs)))
     # The quadratic friction stands last, behind the initial speeds, which turn the way the shaft does.
     count = len(names)
     order = np.array([*range(count - 1), *range(count, count + len(runs)), count - 1])
@@ -123,22 +124,32 @@ def fitted_speeds(ramps: Sequence[SpeedRamp], fit: Fit) -> list[tuple[FloatArray
 def fit_coast_down(
     time: ArrayLike, speed: ArrayLike, *, speed_resolution: float = 0.0, speed_filter: float = 0.0
 ) -> Fit:
-    """Fit `coulomb_deceleration` = Tc/J (rad/s²), `viscous_rate` = B/J (1/s) and `initial_speed` to a coast-down (s, rad/s).
-
-    Also `quadratic_rate` = c/J (1/rad). `speed_filter` (s) is the time constant of the speed's filter. Where the whole interval of a
-    friction is negative, or the Coulomb friction beside friction that grows at low speed, both are withheld: no bearing drives. Raises
-    EstimationError where the speed does not fall.
-    """
+    """Fit one coast-down (s, rad/s) as `fit_coast_downs` does several; its first speed is `initial_speed`."""
     measured = np.asarray(time, dtype=np.float64), np.asarray(speed, dtype=np.float64)
-    run = turning(SpeedRamp(*measured, 0.0, speed_resolution, speed_filter), 1)
-    edge = max(1, run.speed.size // 10)
-    if np.mean(run.speed[-edge:]) >= np.mean(run.speed[:edge]):
-        raise EstimationError("the speed does not fall; cut the record to the coast-down")
-    design = np.column_stack((-run.time, -_integral(run.time, run.speed), np.ones_like(run.time)))
+    return fit_coast_downs([SpeedRamp(*measured, 0.0, speed_resolution, speed_filter)])
+
+
+def fit_coast_downs(ramps: Sequence[SpeedRamp]) -> Fit:
+    """Fit `coulomb_deceleration` = Tc/J (rad/s²), `viscous_rate` = B/J (1/s) and initial speeds to coast-downs in the order they were made.
+
+    Also `quadratic_rate` = c/J (1/rad). From two on, friction that drifts as they go on is told. Where the whole interval of a
+    friction is negative, or the Coulomb friction beside friction that grows at low speed, both are withheld: no bearing drives. Raises
+    EstimationError where a speed does not fall.
+    """
+    runs = [turning(ramp, k + 1) for k, ramp in enumerate(ramps)]
+    rows = []
+    for k, run in enumerate(runs):
+        edge = max(1, run.speed.size // 10)
+        if np.mean(run.speed[-edge:]) >= np.mean(run.speed[:edge]):
+            raise EstimationError("the speed does not fall; cut the record to the coast-down")
+        own = np.zeros((run.time.size, len(runs)))
+        own[:, k] = 1.0
+        rows.append(np.column_stack((-run.time, -_integral(run.time, run.speed), own)))
+    design = np.vstack(rows)
     scale = np.sqrt(np.mean(design**2, axis=0))
-    solution, *_ = np.linalg.lstsq(design / scale, run.speed, rcond=None)
+    solution, *_ = np.linalg.lstsq(design / scale, np.concatenate([run.speed for run in runs]), rcond=None)
     names = ("coulomb_deceleration", "viscous_rate", "quadratic_rate")
-    fit = _fit([run], solution[:2] / scale[:2], names, unit_torque=True)
+    fit = _fit(runs, solution[:2] / scale[:2], names, unit_torque=True)
     below = [name for name in names[:2] if fit.interval(name)[1] < 0.0]
     if any(each.cause is Cause.STRIBECK for each in fit.misfit.findings) and fit.value(names[0]) < 0.0:
         # Friction at rest is at most a few times the Coulomb friction.
