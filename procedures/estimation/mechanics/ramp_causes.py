@@ -23,7 +23,7 @@ _SHORTER = 0.65
 _FILTER_FITTED = 0.8
 #: Time constants of friction that drifts which are looked for, and those that are fitted, shares of the time that the shaft turns: with
 #: the longest it drifts in as good as a straight line.
-_DRIFT_SEEN, _DRIFT_FITTED = (0.3, 3.0), (0.15, 0.5, 1.6, 5.0)
+_DRIFT_SEEN, _DRIFT_FITTED = (0.3, 3.0), (0.08, 0.15, 0.27, 0.5, 0.9, 1.6, 5.0)
 #: So much of the square by which a drift is seen is taken for chance.
 _CHANCE_OF_DRIFT = 4.0
 #: Orders of the shaft's angle that are looked for, and how often chance alone may find one of them.

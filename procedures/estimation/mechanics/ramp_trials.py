@@ -5,6 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Cause
@@ -17,6 +18,8 @@ from procedures.estimation.mechanics.stribeck_laws import average, fitted, unsee
 _OPEN = 25.0
 #: How often what no parameter stands for is sought closer, and by how much.
 _REFINED, _CLOSER = 2, 0.3
+#: How closely (of its logarithm) the lowest place is enclosed where that does not find it.
+_ENCLOSED = 0.01
 #: Terms whose χ² is within so much of the best one's cannot be told from it; none closer to a place of a grid falls by more than so many
 #: times what a parabola through its neighbours does.
 RIVAL, _OFTEN = 12.0, 4.0
@@ -111,6 +114,7 @@ class _Search:
             return chosen
         grid, tried = self.family.grid, list(chosen.trial)
         costs = self.costs[place - 1 : place + 2]
+        ends = float(np.log(grid[place - 1])), float(np.log(grid[place + 1]))
         # A parabola through three, and once more through closer ones.
         step, middle = float(np.log(grid[place + 1] / grid[place])), float(np.log(grid[place]))
         for _ in range(_REFINED):
@@ -126,9 +130,26 @@ class _Search:
             tried += three
             chosen = min((chosen, *three), key=lambda each: each.cost)
             costs = [each.cost for each in three]
+        if chosen is not three[1]:
+            # Where χ² is no parabola over so coarse a grid, its lowest place is enclosed.
+            middle = float(minimize_scalar(self._cost, bounds=ends, method="bounded", options={"xatol": _ENCLOSED}).x)
+            step = _ENCLOSED
+            near = _refitted_each(
+                self.best, self.family, np.exp(middle + step * np.array((-1.0, 0.0, 1.0))), chosen.solved.values
+            )
+            three = [each for each in near if each is not None]
+            if len(three) < 3:
+                return replace(chosen, trial=tuple(tried))
+            tried += three
+            chosen = min((chosen, *three), key=lambda each: each.cost)
+            costs = [each.cost for each in three]
         bend = max((costs[0] + costs[2] - 2.0 * costs[1]) / step**2, 1e-9)
         slope = (three[2].solved.values[:shared] - three[0].solved.values[:shared]) / (2.0 * step)
         return replace(chosen, moved=slope * min(float(np.sqrt(2.0 / bend)), 1.0), trial=tuple(tried))
+
+    def _cost(self, logarithm: float) -> float:
+        fit = refitted(self.best, self.family.at(float(np.exp(logarithm))), self.chosen.solved.values)
+        return np.inf if fit is None else fit.cost
 
 
 def _refitted_each(best: RampTrial, family: Family, grid: FloatArray, start: FloatArray) -> list[RampTrial | None]:

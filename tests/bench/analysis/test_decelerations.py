@@ -8,6 +8,7 @@ import pytest
 from bench.analysis.coast_down import analyze_coast_down
 from bench.analysis.statements import read_statements
 from bench.captures import CaptureError
+from tests.studies.coast_pairs import Bearing
 
 RPM = np.pi / 30.0
 
@@ -71,3 +72,21 @@ def test_no_unit_of_time_no_deceleration(path):
     time[:, 0] *= 10.0
     np.savetxt(path, time, fmt="%.7g", delimiter=",", header="time,speed (rpm)", comments="")
     assert "decelerations" not in analyze_coast_down(path)["details"]
+
+
+def test_a_second_coast_down_takes_the_doubt_of_drifting_friction_away(tmp_path):
+    random, bearing, begun = np.random.default_rng(4), Bearing(60.0, 0.15, 0.0), 0.0
+    files = []
+    for name in ("cold", "warm"):
+        ramp = bearing.coast(begun, 400.0, random)
+        files.append(tmp_path / f"{name}.csv")
+        rows = (f"{t:.6f},{w:.4f}\n" for t, w in zip(ramp.time, ramp.speed, strict=True))
+        files[-1].write_text("time (s),speed (rad/s)\n" + "".join(rows), encoding="utf-8")
+    alone, both = analyze_coast_down(files[0]), analyze_coast_down(files)
+    assert "friction-drift-unseen" in {said["id"] for said in alone["warnings"]}
+    assert "friction-drift-unseen" not in {said["id"] for said in both["warnings"]}
+    for name, truth in (("coulomb_deceleration", 60.0), ("viscous_rate", 0.15)):
+        low, high = both["parameters"][name]["coverage_interval"]
+        assert low <= truth <= high
+    with pytest.raises(CaptureError, match="decelerations are given of a single coast-down"):
+        analyze_coast_down(files, at_speed=[1000.0])

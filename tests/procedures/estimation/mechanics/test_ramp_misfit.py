@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from procedures.estimation.fitting.fit import EstimationError, Fit
-from procedures.estimation.fitting.misfit import Cause
-from procedures.estimation.mechanics.inertia import fit_coast_down, fit_ramps
+from procedures.estimation.fitting.misfit import Answer, Cause
+from procedures.estimation.mechanics.inertia import fit_coast_down, fit_coast_downs, fit_ramps
 from procedures.estimation.mechanics.turning import SpeedRamp, wild
+from tests.studies.coast_pairs import Bearing
 from tests.studies.worlds.shaft_records import Motion, Shaft, move, record
 
 #: 5 s from 300 rad/s down to a fifth, 1 s up.
@@ -203,3 +204,14 @@ def test_a_hand_that_brakes_halfway_leaves_no_friction(more: float) -> None:
     misfit = fit_coast_down(time, speed).misfit
     assert misfit.withholding("coulomb_deceleration") is not None
     assert fit_coast_down(time[time < 2.0], speed[time < 2.0]).misfit.withholding("coulomb_deceleration") is None
+
+
+def test_two_coast_downs_show_grease_that_warms_up() -> None:
+    # χ² over the time constant is no parabola here: the grid's best place is far from the lowest one.
+    random, bearing = np.random.default_rng(3), Bearing(60.0, 0.15, 0.0, 0.3, 4.0)
+    first = bearing.coast(0.0, 400.0, random)
+    fit = fit_coast_downs([first, bearing.coast(float(first.time[-1]), 400.0, random)])
+    assert [(each.cause, each.answer) for each in fit.misfit.findings] == [(Cause.FRICTION_DRIFT, Answer.MODELLED)]
+    for name, truth in (("coulomb_deceleration", 60.0), ("viscous_rate", 0.15)):
+        low, high = fit.interval(name)
+        assert low <= truth <= high < low + 0.06 * truth
