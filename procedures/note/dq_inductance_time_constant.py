@@ -31,8 +31,8 @@ from procedures.estimation.fitting.fit import WithheldError
 from procedures.estimation.winding.connections import ReadingConnection, phase_factor
 from procedures.techniques.winding.alignment import Alignment, aligning, at_rest
 from procedures.techniques.winding.plots import fitted_step_plot
-from procedures.techniques.winding.step_evaluation import apparent_point, loop_of_steps
-from procedures.techniques.winding.step_probes import StepSource
+from procedures.techniques.winding.step_evaluation import SteppedLoop, apparent_point, loop_of_steps
+from procedures.techniques.winding.step_probes import ProbesJudged, StepSource, probes_between_axes
 from procedures.techniques.winding.step_read_off import ReadOffStep, loop_inductance, read_off_steps
 from procedures.techniques.winding.step_recording import TIME_CONSTANTS, DrivenStep, RecordedStep, record_steps
 from procedures.techniques.winding.supply_voltage import within_voltage
@@ -107,13 +107,14 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         with ExitStack() as energised:
             alignment = self.lock_d(energised, self.align_d(energised))
         voltage = self.set_step_d(alignment)
-        self.conclude_d(voltage, self.record_d(voltage, alignment))
+        of_d = self.conclude_d(voltage, self.record_d(voltage, alignment))
         self._curve("d", alignment)
         with ExitStack() as energised:
             self.align_q(energised)
             self.lock_q(energised)
         voltage = self.set_step_q(alignment)
-        self.conclude_q(voltage, self.record_q(voltage, alignment))
+        of_q = self.conclude_q(voltage, self.record_q(voltage, alignment))
+        self._report_loops(of_d, of_q)
         self._tell_whose_resistance()
         self._curve("q", alignment)
 
@@ -171,9 +172,9 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return self._take("d", voltage, alignment, forward=self.settings.polarity is Polarity.ALONG)
 
     @step("3.3.1-d/5", "Ld is two thirds of time constant times resistance")
-    def conclude_d(self, voltage: float, steps: list[RecordedStep] | list[ReadOffStep]) -> None:
+    def conclude_d(self, voltage: float, steps: list[RecordedStep] | list[ReadOffStep]) -> SteppedLoop | None:
         """Fit R and L to the recorded voltage and current; also report 2/3·τ·R."""
-        self._conclude("d_axis_inductance", "d", voltage, steps)
+        return self._conclude("d_axis_inductance", "d", voltage, steps)
 
     @step("3.3.1-q/1", "Align the rotor to q: B to plus, C to minus, A open", by_hand=True)
     def align_q(self, energised: ExitStack) -> None:
@@ -210,9 +211,9 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return self._take("q", voltage, alignment, forward=True)
 
     @step("3.3.1-q/5", "Lq is two thirds of time constant times resistance")
-    def conclude_q(self, voltage: float, steps: list[RecordedStep] | list[ReadOffStep]) -> None:
+    def conclude_q(self, voltage: float, steps: list[RecordedStep] | list[ReadOffStep]) -> SteppedLoop | None:
         """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
-        self._conclude("q_axis_inductance", "q", voltage, steps)
+        return self._conclude("q_axis_inductance", "q", voltage, steps)
 
     def _step_voltage(self, alignment: Alignment) -> float:
         """Return the step's voltage (V): for the current asked for, but not lost in what the supply's zero may be off."""
@@ -299,12 +300,15 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             return _FIRST_GUESS
         return 1.3 * TIME_CONSTANTS * inductance / resistance
 
-    def _conclude(self, name: str, axis: str, voltage: float, steps: list[RecordedStep] | list[ReadOffStep]) -> None:
+    def _conclude(
+        self, name: str, axis: str, voltage: float, steps: list[RecordedStep] | list[ReadOffStep]
+    ) -> SteppedLoop | None:
+        """Return the loop that was recorded; what was read off is reported."""
         read_off = [each for each in steps if isinstance(each, ReadOffStep)]
         if read_off:
             self._conclude_read_off(name, axis, read_off)
-            return
-        self._conclude_recorded(name, axis, voltage, [each for each in steps if isinstance(each, RecordedStep)])
+            return None
+        return self._conclude_recorded(name, axis, voltage, [each for each in steps if isinstance(each, RecordedStep)])
 
     def _conclude_read_off(self, name: str, axis: str, steps: list[ReadOffStep]) -> None:
         """Report τ·R of what was read off; nothing tells whether the current's course was that of one time constant."""
@@ -331,28 +335,37 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             winding=float((factors.winding * loop).x) if self.is_delta else None,
         )
 
-    def _conclude_recorded(self, name: str, axis: str, voltage: float, steps: list[RecordedStep]) -> None:
+    def _conclude_recorded(self, name: str, axis: str, voltage: float, steps: list[RecordedStep]) -> SteppedLoop | None:
         try:
             loop = loop_of_steps(self.bench, axis, voltage, steps)
         except WithheldError as error:
             nothing = self.bench.uncertainties.limit(name, 0.0, 0.0)
             self.report(name, nothing, section="3.3.1", estimator="", misfit=error.misfit)
-            return
+            return None
         found = self.findings[axis] = dict(loop.findings)
         self.bench.show(
             lambda: fitted_step_plot(found["fit"], len(steps), found["winding_resistance"], found["winding_inductance"])
         )
         self._compare_with_bridge_resistance(axis, loop.time_constant_63, loop.total_resistance)
+        return loop
+
+    def _report_loops(self, of_d: SteppedLoop | None, of_q: SteppedLoop | None) -> None:
+        """Report what was recorded, once both axes can be held against each other."""
+        probes = probes_between_axes(of_d.settled, of_q.settled) if of_d and of_q else ProbesJudged()
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
-        self.report(
-            name,
-            factors.y_equivalent * loop.inductance,
-            section="3.3.1",
-            estimator="output-error fit of R, L and offsets to recorded voltage and current",
-            note_value=factors.y_equivalent * loop.time_constant_63 * loop.total_resistance,
-            winding=float((factors.winding * loop.inductance).x) if self.is_delta else None,
-            misfit=loop.misfit.of("inductance", name),
-        )
+        for name, recorded in (("d_axis_inductance", of_d), ("q_axis_inductance", of_q)):
+            if recorded is None:
+                continue
+            loop = recorded.with_probes(self.bench, probes)
+            self.report(
+                name,
+                factors.y_equivalent * loop.inductance,
+                section="3.3.1",
+                estimator="output-error fit of R, L and offsets to recorded voltage and current",
+                note_value=factors.y_equivalent * loop.time_constant_63 * loop.total_resistance,
+                winding=float((factors.winding * loop.inductance).x) if self.is_delta else None,
+                misfit=loop.misfit.of("inductance", name),
+            )
 
     def _compare_with_bridge_resistance(self, axis: str, tau: float, total_resistance: float) -> None:
         known = self.known_value("stator_resistance")

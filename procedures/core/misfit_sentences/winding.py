@@ -93,6 +93,17 @@ _SEEN_IN_STEP_BEND = {
         "current. A four-wire resistance, or the probe beside a calibrated ammeter at the current of the step, tells which of both it is"
     ),
 }
+_SEEN_IN_STEP_AXES = {
+    Cause.DISTORTION: text(
+        "steps of opposite signs to one voltage show resistances that differ by {share:.1%}: channel {channel} reads more of one sign than "
+        "of the other, or its gain has changed since, or the winding's temperature has. Exchange the probe's ends and repeat, or compare "
+        "the probe with a meter at both signs"
+    ),
+    Cause.REPEATS_DIFFER: text(
+        "steps to one voltage on both axes show resistances that differ by {share:.1%}: the gain of channel {channel} has changed "
+        "since, or the winding's temperature has. Let probe and winding come to rest, and repeat"
+    ),
+}
 _SEEN_IN_STEP_TRIED = {
     Cause.UNEXPLAINED: text(
         "current and voltage do not fit a winding, and no known cause that was tried explains it ({tried}): check "
@@ -200,6 +211,7 @@ SENTENCES = {
     "step-before": _SEEN_BEFORE_STEP,
     "step-both": _SEEN_IN_STEP_BOTH,
     "step-bend": _SEEN_IN_STEP_BEND,
+    "step-axes": _SEEN_IN_STEP_AXES,
     "step-tried": _SEEN_IN_STEP_TRIED,
     "four-wire": _SEEN_IN_FOUR_WIRE,
     "four-wire-scatter": _SEEN_IN_FOUR_WIRE_SCATTER,

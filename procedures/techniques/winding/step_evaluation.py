@@ -1,7 +1,7 @@
 """Evaluation of recorded current steps: the loop's inductance with its instruments' errors, and warnings about it (§3.3.1)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.winding.current_step.repeats import fit_repeats
 from procedures.estimation.winding.current_step.response import apparent_inductance, time_constant_63
-from procedures.techniques.winding.step_probes import probes_against_supply
+from procedures.techniques.winding.step_probes import ProbesJudged, SettledSteps, probes_against_supply
 from procedures.techniques.winding.step_recording import RecordedStep
 
 #: The other axis carries current too: phases differ by some percent, and friction holds the rotor off d or q by some degrees. As k².
@@ -24,13 +24,25 @@ _OTHER_AXIS = 3e-3
 
 @dataclass(frozen=True)
 class SteppedLoop:
-    """The loop's `inductance` (H), what the records show beyond the model, what stands beside (s, Ω), and all findings by name."""
+    """The loop's `inductance` (H), what the records show beyond the model, what stands beside (s, Ω), what they end at, and all findings
+    by name.
+    """
 
     inductance: UncertainReal
     misfit: Misfit
     time_constant_63: float
     total_resistance: float
+    settled: SettledSteps
     findings: Mapping[str, Any]
+
+    def with_probes(self, bench: Bench, probes: ProbesJudged) -> "SteppedLoop":
+        """Return the loop with what was found of its probes afterwards."""
+        if not probes.share:
+            return self
+        # Of each axis by itself: what bends makes one larger and the other smaller.
+        name = text("oscilloscope, channel {channel}: gain, against the other axis", channel=probes.channel)
+        wider = self.inductance * bench.uncertainties.limit(name, 1.0, probes.share)
+        return replace(self, inductance=wider, misfit=Misfit.together((self.misfit, probes.misfit)))
 
 
 def loop_of_steps(bench: Bench, axis: str, voltage: float, steps: Sequence[RecordedStep]) -> SteppedLoop:
@@ -48,7 +60,8 @@ def loop_of_steps(bench: Bench, axis: str, voltage: float, steps: Sequence[Recor
     loop = unc.instrument("skew of the channels", loop, late)
     probes = probes_against_supply(last.voltage, last.current, last.source, repeats.misfit, float(resistance.x))
     off = Accuracy(gain=probes.share, source="against the supply's readings")
-    loop = unc.instrument(text("oscilloscope, channel {channel}", channel=last.current.channel), loop, off)
+    loop = _read(bench, probes.channel, loop, off)
+    settled = SettledSteps.of(last.voltage, last.current, *repeats.mean("resistance")[:2])
     # What a supply's limit ended is not fitted.
     fitted_part = slice(0, fit.residuals.size)
     tau = time_constant_63(last.current.time, last.current.values)
@@ -67,7 +80,8 @@ def loop_of_steps(bench: Bench, axis: str, voltage: float, steps: Sequence[Recor
             residual=fit.residuals,
         ),
     }
-    return SteppedLoop(loop, Misfit.together((repeats.misfit, probes.misfit)), tau, total_resistance, findings)
+    misfit = Misfit.together((repeats.misfit, probes.misfit))
+    return SteppedLoop(loop, misfit, tau, total_resistance, settled, findings)
 
 
 def apparent_point(bench: Bench, name: str, steps: Sequence[RecordedStep], factor: float) -> dict[str, float]:
@@ -89,7 +103,10 @@ def _with_probes(bench: Bench, quantity: UncertainReal, recorded: RecordedStep) 
     """Put on the gains of the voltage and the current channel; their offsets are fitted."""
     for wave in (recorded.voltage, recorded.current):
         gain = Accuracy(gain=wave.accuracy.gain, source=wave.accuracy.source)
-        quantity = bench.uncertainties.instrument(
-            text("oscilloscope, channel {channel}", channel=wave.channel), quantity, gain
-        )
+        quantity = _read(bench, wave.channel, quantity, gain)
     return quantity
+
+
+def _read(bench: Bench, channel: int, quantity: UncertainReal, accuracy: Accuracy) -> UncertainReal:
+    name = text("oscilloscope, channel {channel}", channel=channel)
+    return bench.uncertainties.instrument(name, quantity, accuracy)
