@@ -2,6 +2,7 @@
 
 import os
 import sys
+from contextlib import suppress
 from io import TextIOWrapper
 
 _MODES = (("stdin", "r"), ("stdout", "w"), ("stderr", "w"))
@@ -11,6 +12,8 @@ class StandardStream(TextIOWrapper):
     """A stream that takes what cannot be written any more, and keeps the reason in `failed`; a reader who has left is an error as ever."""
 
     failed: OSError | None = None
+    #: What it stands in for, which would close the file with its end.
+    before: TextIOWrapper | None = None
 
     def write(self, words: str) -> int:
         """Write words, or let them go."""
@@ -40,14 +43,17 @@ def open_streams() -> None:
             # The descriptor is taken, too: else a file of a run would have it, and what others print would be in it.
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
         elif name != "stdin" and type(stream) is TextIOWrapper:
-            own = StandardStream(
-                stream.buffer,
-                stream.encoding,
-                "backslashreplace",
-                line_buffering=stream.line_buffering,
-                write_through=stream.write_through,
-            )
-            setattr(sys, name, own)
+            # One whose descriptor was given to a pipe after it was opened, as in a forked process, cannot be wrapped.
+            with suppress(OSError):
+                own = StandardStream(
+                    stream.buffer,
+                    stream.encoding,
+                    "backslashreplace",
+                    line_buffering=stream.line_buffering,
+                    write_through=stream.write_through,
+                )
+                own.before = stream
+                setattr(sys, name, own)
 
 
 def unprinted() -> OSError | None:
