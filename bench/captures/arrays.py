@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.captures.capture import CaptureError
+from bench.captures.units import split_heading
 from drivers.interfaces.text import Text, text
 
 Array = NDArray[Any]
@@ -27,8 +28,8 @@ _MARKS = str.maketrans(",;\t\n", "    ")
 def array_lines(path: Path) -> list[str] | None:
     """Return the lines of a comma-separated table, with a heading where its columns have names; None for a file of another kind.
 
-    Columns are vectors of one length by their names, structures' fields, matrices of one shape (a grid) with the vectors of its axes, or
-    the columns of one matrix. Raises CaptureError for arrays that make no table.
+    Columns are vectors of one length by their names, structures' fields, matrices of one shape (a grid) with the vectors of its axes, the
+    columns of matrices beside vectors of one side, or the columns of one matrix. Raises CaptureError for arrays that make no table.
     """
     try:
         with path.open("rb") as file:
@@ -38,7 +39,8 @@ def array_lines(path: Path) -> list[str] | None:
         return None
     if begin.startswith(b"MATLAB") and begin.endswith(_HDF5):
         raise _refused(path, text("is of MATLAB's version 7.3; save it again with save('FILE.mat', 'NAME', …, '-v7')"))
-    matlab = begin.startswith(b"MATLAB 5.0") or path.suffix.lower() == ".mat"
+    # Where there is no zero byte it is a text with another ending.
+    matlab = begin.startswith(b"MATLAB 5.0") or (path.suffix.lower() == ".mat" and b"\0" in begin)
     if not matlab and not begin.startswith(_NPY) and not (begin.startswith(_ZIP) and path.suffix.lower() == ".npz"):
         return None
     try:
@@ -74,6 +76,10 @@ def _of_numpy(path: Path, single: bool) -> dict[str, Array]:
         # What is pickled runs a program when it is read.
         read = np.load(path, allow_pickle=False)
         named = {"": read} if single else {name: read[name] for name in read.files}
+        if others := [name for name, value in named.items() if not isinstance(value, np.ndarray)]:
+            raise _refused(path, text("holds other files than arrays: {others}; unpack it", others=others))
+    except CaptureError:
+        raise
     except ValueError as error:
         if "pickle" not in str(error):
             raise
@@ -98,6 +104,9 @@ def _fields(path: Path, named: Mapping[str, Array]) -> dict[str, Array]:
                 one = value[field]
                 within = np.asarray(one.item() if one.dtype == object and not one.shape else one)
                 result |= _fields(path, {f"{name}.{field}" if field in result or field in named else field: within})
+        elif value.dtype.kind in "mM" and value.size:
+            # A column of time, in seconds from its first value; what is no time becomes no number.
+            result[f"{name} (s)"] = np.squeeze((value - value.ravel()[0]) / np.timedelta64(1, "s"))
         elif value.dtype.kind in "biuf":
             result[name] = np.squeeze(value.astype(np.int64) if value.dtype.kind == "b" else value)
         elif value.dtype.kind not in "US":
@@ -125,6 +134,18 @@ def _columns(path: Path, named: Mapping[str, Array]) -> tuple[list[str], list[Ar
     if len(shapes) != 1:
         raise _unlike(path, arrays)
     (shape,) = shapes
+    if len(shape) > 2:
+        raise _unlike(path, arrays)
+    axes = {value.shape for value in arrays.values()} - {shape}
+    if len(shape) == 2 and len(axes) == 1 and shape[0] != shape[1]:
+        # Vectors along one side: the matrices are columns beside them.
+        (length,) = axes
+        grids = {name: value if shape[:1] == length else value.T for name, value in grids.items()}
+        if length in (shape[:1], shape[1:]):
+            arrays = {
+                name: column for name, value in arrays.items() for name, column in _split(name, grids.get(name, value))
+            }
+            shape, grids = length, {}
     columns = []
     for value in arrays.values():
         if value.shape != shape:
@@ -138,6 +159,14 @@ def _columns(path: Path, named: Mapping[str, Array]) -> tuple[list[str], list[Ar
         times = float(named.get(_START, np.zeros(()))) + float(named[_INTERVAL]) * np.arange(shape[0])
         names, columns = ["time", *names], [times, *columns]
     return names, columns
+
+
+def _split(name: str, value: Array) -> list[tuple[str, Array]]:
+    """Return a vector, or the columns of a matrix under its name with their number and the unit that it states."""
+    if value.ndim == 1:
+        return [(name, value)]
+    bare, unit = split_heading(name)
+    return [(f"{bare}{k + 1} ({unit})" if unit else f"{bare}{k + 1}", column) for k, column in enumerate(value.T)]
 
 
 def _unlike(path: Path, arrays: Mapping[str, Array]) -> CaptureError:

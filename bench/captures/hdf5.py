@@ -18,13 +18,20 @@ def read_hdf5(path: Path, selected: str = "") -> Capture:
         waveforms = {name: read_waveform(path, name) for name in names}
     except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
         raise CaptureError(str(path), text("cannot be read as HDF5 with waveforms: {error}", error=error)) from error
+    if not there:
+        raise CaptureError(
+            str(path),
+            text(
+                "holds no waveforms as motorbench writes them, and of HDF5 nothing else is read; save the arrays as .mat (v7), .npz or CSV"
+            ),
+        )
     if not waveforms:
         raise CaptureError(
             str(path),
             text(
                 "the file contains no waveform '{selected}'; choose one of: {names}",
                 selected=selected,
-                names=list(there) or text("none"),
+                names=list(there),
             ),
         )
     reference = next(iter(waveforms.values()))

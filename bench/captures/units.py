@@ -19,6 +19,8 @@ _WHOLE = {
     "rads-1": ("rad/s", 1.0),
     "rads^-1": ("rad/s", 1.0),
     **dict.fromkeys(("rad.s-1", "rad.s^-1"), ("rad/s", 1.0)),
+    # What names of variables are spelt like.
+    **dict.fromkeys(("rad_s", "rad_per_s", "radps"), ("rad/s", 1.0)),
     "deg/s": ("rad/s", math.pi / 180),
     "°/s": ("rad/s", math.pi / 180),
     **dict.fromkeys(("rps", "rev/s", "r/s", "turn/s", "turns/s"), ("rad/s", 2 * math.pi)),
@@ -53,7 +55,9 @@ _SPELT = str.maketrans({"·": "", "⋅": "", "*": "", "¹": "1", "⁻": "-", "�
 
 def si(unit: str) -> tuple[str, float] | None:
     """Return SI unit and factor of a unit as written ("ms", "rpm", "mN·m"); None where it is not known."""
-    plain = unit.translate(_SPELT).strip().replace(" ", "").replace("N.m", "Nm").replace("N-m", "Nm")
+    plain = (
+        unit.translate(_SPELT).strip().replace(" ", "").replace("N.m", "Nm").replace("N-m", "Nm").replace("N_m", "Nm")
+    )
     if plain.lower() in _WHOLE:
         return _WHOLE[plain.lower()]
     # Products of other units than SI's are written with a dot or a hyphen as well: "oz.in", "ft-lb".
@@ -77,6 +81,7 @@ def split_heading(heading: str) -> tuple[str, str]:
     """
     text = heading.strip().strip('"').strip()
     for pattern in (
+        r"(.*?)_(rad[/_]s|rad_per_s|m?N_m)",
         r"(.*?)\s*\[([^\]]*)\]",
         r"(.*?)\s*\(([^)]*)\)",
         r"(.*?)\s*\bin\s+(\S+)",

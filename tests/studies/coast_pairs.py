@@ -2,12 +2,13 @@
 
 `python -m tests.studies.coast_pairs [--records N] [--seed S]`
 
-Coulomb friction falls as 1 − exp(−t/τ) by 0.3 to 50 %, τ being 0.3 to 4 times a coast-down. Held are the figures at the beginning.
+Coulomb friction falls as 1 − exp(−t/τ) by 0.3 to 50 %, τ being 0.3 to 4 times a coast-down; or all friction is another in the second
+record, by 0.3 to 50 %, and steady in both. Held are the figures at the beginning.
 Printed by row: share of the 95 % intervals that hold the truth, beyond 3 U, records warned of, refused, and the median half-width.
 """
 
 import argparse
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -62,9 +63,12 @@ class Row:
     widths: list[float] = field(default_factory=list)
 
 
-def row_of(records: int, seed: int, *, drifts: bool) -> Row:
-    """Return how so many pairs do."""
-    row, random = Row(), np.random.default_rng([seed, drifts])
+_ROWS = ("clean", "grease that warms up", "another day")
+
+
+def row_of(records: int, seed: int, kind: str) -> Row:
+    """Return how so many pairs of a kind do."""
+    row, random = Row(), np.random.default_rng([seed, _ROWS.index(kind)])
     for _ in range(records):
         top = random.uniform(100.0, 600.0)
         coulomb = top / random.uniform(1.5, 12.0)
@@ -72,11 +76,17 @@ def row_of(records: int, seed: int, *, drifts: bool) -> Row:
             coulomb,
             coulomb / top * random.uniform(0.1, 1.0),
             coulomb / top**2 * random.uniform(0.0, 0.3),
-            float(np.exp(random.uniform(np.log(0.003), np.log(0.5)))) if drifts else 0.0,
+            float(np.exp(random.uniform(np.log(0.003), np.log(0.5)))) if kind != "clean" else 0.0,
             random.uniform(0.3, 4.0) * top / coulomb,
         )
-        first = bearing.coast(0.0, top, random)
-        pair = [first, bearing.coast(float(first.time[-1]), top, random)]
+        if kind == "another day":
+            less = 1.0 + bearing.fall * random.choice((-1.0, 1.0))
+            bearing = replace(bearing, fall=0.0)
+            other = Bearing(less * bearing.coulomb, less * bearing.viscous, less * bearing.quadratic)
+            pair = [bearing.coast(0.0, top, random), other.coast(0.0, top, random)]
+        else:
+            first = bearing.coast(0.0, top, random)
+            pair = [first, bearing.coast(float(first.time[-1]), top, random)]
         try:
             fit = fit_coast_downs(pair)
         except EstimationError:
@@ -101,8 +111,8 @@ def main() -> None:
     given = parser.parse_args()
     print("| two coast-downs | figures | held | beyond 3 U | median U | warned | refused |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
-    for name, drifts in (("clean", False), ("grease that warms up", True)):
-        row = row_of(given.records, given.seed, drifts=drifts)
+    for name in _ROWS:
+        row = row_of(given.records, given.seed, name)
         print(
             f"| {name} | {row.given} | {row.held / max(row.given, 1):.1%} | {row.beyond} | {np.median(row.widths):.2%} | "
             f"{row.warned / given.records:.1%} | {row.refused} |",

@@ -24,6 +24,7 @@ from procedures.estimation.mechanics.ramp_trials import (
     RampTrial,
     averaged,
     counting_late_scatter,
+    each_by_itself,
     fits_with_one_more,
     with_another_clock,
 )
@@ -38,6 +39,8 @@ _CHANCE = 3e-4
 _IN_ANY_CASE = (Cause.WINDAGE, Cause.TOO_COARSE)
 #: No grease follows a law: this share of a drift is a standard uncertainty of the friction that drifts.
 _NO_LAW = 0.02
+#: Standard uncertainties that an interval reaches to each side.
+_REACHES = 1.96
 #: By how much more than the parts of a record differ its figures may be off.
 _PARTS_GROW = 1.5
 
@@ -89,13 +92,13 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
         findings.append(_finding(cause, best, further, found, seen))
         best = counting_late_scatter(further) if cause is Cause.TORQUE_FILTER else further
         seen, found = look(best.model, best.solved), periodic(best.model, best.solved)
+    unexplained = bool(np.any(seen.score.alarms) or found) or scatter_of_parts(best.model, best.solved) < _CHANCE
     values, covariance = best.solved.values, best.solved.covariance.copy()
     count = shared + len(runs)
     covariance += _coarse(best, runs)
     for each in moved:
         covariance[:shared, :shared] += np.outer(each, each)
-    covariance = _grown(_spanned(covariance, best, [*rivals, *laws], shared), _of_drift(best, shared))
-    unexplained = bool(np.any(seen.score.alarms) or found) or scatter_of_parts(best.model, best.solved) < _CHANCE
+    covariance = _grown(_spanned(covariance, best.solved.values, [*rivals, *laws], shared), _of_drift(best, shared))
     if unexplained:
         score = seen.clearest() if np.any(seen.score.alarms) else 0.0
         freedom = best.model.measured.size - best.model.size
@@ -106,6 +109,10 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     likely, off = averaged(best, sticking, shared)
     covariance, values = _grown(covariance, off), values.copy()
     values[:shared] += likely
+    if unit_torque and len(runs) > 1 and (unexplained or best.model.terms.drift is not None):
+        # Where friction drifts, the figures are those at the beginning.
+        alone = each_by_itself(best)[: None if unexplained else 1]
+        covariance = _spanned(covariance, values, alone, shared)
     growth = seen.growth()
     scale = np.ones(values.size)
     scale[: growth.size] = np.sqrt(growth[: values.size])
@@ -204,14 +211,14 @@ def _of_drift(best: RampTrial, shared: int) -> FloatArray:
     return off
 
 
-def _spanned(covariance: FloatArray, best: RampTrial, rivals: Sequence[RampTrial], shared: int) -> FloatArray:
-    """Return the covariance grown until the intervals hold what terms say that cannot be told from the best one."""
+def _spanned(covariance: FloatArray, values: FloatArray, rivals: Sequence[RampTrial], shared: int) -> FloatArray:
+    """Return the covariance of `values` (k,) grown until the intervals hold those of terms that cannot be told from the best one."""
     own = np.sqrt(np.diag(covariance))[:shared]
-    reach = 2.0 * own
+    reach = _REACHES * own
     for each in rivals:
-        off = np.abs(each.solved.values[:shared] - best.solved.values[:shared])
-        reach = np.maximum(reach, off + 2.0 * np.sqrt(np.diag(each.solved.covariance))[:shared])
-    return _scaled(covariance, 0.5 * reach / np.where(own > 0.0, own, 1.0))
+        off = np.abs(each.solved.values[:shared] - values[:shared])
+        reach = np.maximum(reach, off + _REACHES * np.sqrt(np.diag(each.solved.covariance))[:shared])
+    return _scaled(covariance, reach / (_REACHES * np.where(own > 0.0, own, 1.0)))
 
 
 def _grown(covariance: FloatArray, off: FloatArray) -> FloatArray:

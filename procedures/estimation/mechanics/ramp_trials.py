@@ -67,6 +67,26 @@ def with_another_clock(best: RampTrial) -> RampTrial | None:
     return refitted(best, replace(model.terms, added=(*model.terms.added, shape)), values)
 
 
+def each_by_itself(best: RampTrial) -> list[RampTrial]:
+    """Return fits of coast-downs one by one, none where these explain the readings worse than all together do.
+
+    Friction that is another in each record, as on another day, looks much like friction that drifts.
+    """
+    law, lag, none_moved = best.model.terms.stribeck, best.model.terms.speed_filter, np.zeros(best.moved.size)
+    fits = []
+    for run in best.model.runs:
+        plain = RampModel([run], unit_torque=True)
+        tried = []
+        for model in (plain, plain.with_terms(Terms(stribeck=law, speed_filter=lag))):
+            with suppress(EstimationError):
+                solved = model.solve(model.start(best.solved.values[: best.moved.size]))
+                tried.append(RampTrial(model, solved, none_moved))
+        if not tried:
+            return []
+        fits.append(min(tried, key=lambda each: each.cost))
+    return fits if sum(each.cost for each in fits) < best.cost + RIVAL else []
+
+
 @dataclass(frozen=True)
 class _Search:
     """Fits of a `family` over its grid, None where there is none, their χ² (`costs`), and the `chosen` one at its `place`."""

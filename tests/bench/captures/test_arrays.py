@@ -1,8 +1,10 @@
 """Files of arrays are the table that a text file of the same numbers is, or are refused with what to do."""
 
+import zipfile
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -126,3 +128,40 @@ def test_no_digit_is_lost(tmp_path_factory: pytest.TempPathFactory, table: np.nd
 def test_a_map_without_names_is_refused_with_what_to_do(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="numbers in place of headings"):
         map_columns(put(tmp_path, "map.npy", np.column_stack((TIME, WAVE, TIME, WAVE))), ())
+
+
+@pytest.mark.parametrize("name", ["record.mat", "record.npz"])
+def test_matrices_beside_a_vector_are_columns(tmp_path: Path, name: str) -> None:
+    capture = read_capture(
+        put(tmp_path, name, t_s=TIME, u_V=np.column_stack((WAVE, 2 * WAVE)), i_A=np.vstack((WAVE, 3 * WAVE)).T)
+    )
+    assert [(each.name, each.unit) for each in capture.channels] == [("u1", "V"), ("u2", "V"), ("i1", "A"), ("i2", "A")]
+    np.testing.assert_array_equal(capture.channel("i2").values, 3 * WAVE)
+    np.testing.assert_allclose(capture.times(), TIME)
+
+
+@pytest.mark.parametrize("begin", ["2026-11-29T10:00:00", None])
+def test_times_of_day_are_seconds_from_the_first(tmp_path: Path, begin: str | None) -> None:
+    since = (TIME * 1e9).astype("timedelta64[ns]")
+    capture = read_capture(put(tmp_path, "log.npz", time=since + np.datetime64(begin) if begin else since, CH1_V=WAVE))
+    np.testing.assert_allclose(capture.times(), TIME, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["record.mat", "record.npz", "record.npy"])
+def test_a_text_with_such_an_ending_is_read_as_text(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    np.savetxt(path, np.column_stack((TIME, WAVE)), delimiter=",", header="time (s),CH1 (V)", comments="")
+    np.testing.assert_array_equal(read_capture(path).channel("CH1").values, WAVE)
+
+
+def test_what_is_no_array_is_named(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "packed.npz", "w") as packed:
+        packed.writestr("scope.csv", "time (s),CH1 (V)\n0,1\n1,2\n")
+    with pytest.raises(CaptureError, match=r"other files than arrays: scope\.csv"):
+        read_capture(tmp_path / "packed.npz")
+    with pytest.raises(CaptureError, match="its arrays make no table: array 3×4×5"):
+        read_capture(put(tmp_path, "cube.npy", np.ones((3, 4, 5))))
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["t"] = TIME
+    with pytest.raises(CaptureError, match=r"of HDF5 nothing else is read; save the arrays as \.mat"):
+        read_capture(tmp_path / "other.h5")

@@ -42,3 +42,18 @@ def test_a_unit_in_every_spelling(written: str, unit: str, factor: float) -> Non
 @pytest.mark.parametrize("written", ["M", "Mm", "1/s", "s.", "min.", "g·cm²", "g-cm2", "°C", "", "m"])
 def test_what_is_no_unit_of_a_record(written: str) -> None:
     assert si(written) is None
+
+
+@pytest.mark.parametrize(
+    ("heading", "name", "unit", "factor"),
+    [
+        ("omega_rad_s", "omega", "rad/s", 1.0),
+        ("speed_rad/s", "speed", "rad/s", 1.0),
+        ("w_rad_per_s", "w", "rad/s", 1.0),
+        ("torque_N_m", "torque", "N·m", 1.0),
+        ("torque_mN_m", "torque", "N·m", 1e-3),
+    ],
+)
+def test_names_of_variables_state_products_and_quotients(heading: str, name: str, unit: str, factor: float) -> None:
+    found, written = split_heading(heading)
+    assert (found, si(written)) == (name, (unit, factor))
