@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from bench.cli.new_file import write_new
 from bench.cli.options import Runs
 from bench.cli.output import broken_of, print_catalogue, print_json, say_broken
+from bench.cli.standard_streams import standard_bytes
 from bench.i18n.errors import InputError, UsageError, at
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import Translate, text
@@ -173,7 +174,8 @@ def export(
     if json:
         print_json(_as_dict(target, sheet, content, output))
     elif output is None and isinstance(file, bytes):
-        sys.stdout.buffer.write(file)
+        with standard_bytes() as written:
+            written.write(file)
         sys.stdout.flush()
     elif output is None:
         sys.stdout.write(content)

@@ -2,8 +2,10 @@
 
 import os
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from io import TextIOWrapper
+from typing import BinaryIO
 
 _MODES = (("stdin", "r"), ("stdout", "w"), ("stderr", "w"))
 
@@ -54,6 +56,19 @@ def open_streams() -> None:
                 )
                 own.before = stream
                 setattr(sys, name, own)
+
+
+@contextmanager
+def standard_bytes() -> Iterator[BinaryIO]:
+    """Give standard output for bytes; what cannot be written any more is let go, as its text is."""
+    try:
+        yield sys.stdout.buffer
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        if not isinstance(sys.stdout, StandardStream):
+            raise
+        sys.stdout.failed = sys.stdout.failed or error
 
 
 def unprinted() -> OSError | None:

@@ -13,7 +13,7 @@ from bench.journal.chain import first_fault
 from bench.journal.codec import RecordedEvent
 from bench.journal.encoding import plain
 from bench.journal.events.instruments import WaveformsTaken
-from bench.journal.events.run import RunBegun, RunFinished
+from bench.journal.events.run import ProcedureFailed, RunBegun, RunFinished
 from bench.journal.journal_file import JournalFile, JournalLine, read_lines
 from bench.journal.removed import removed_files
 from bench.journal.run_folder import RunFolder, stored_form
@@ -137,8 +137,10 @@ def _check_result(
         found.findings.append(RecordFault(folder.result.name, 0, what))
         return
     made_of = JournalFile(tuple(events[: end.events]), 0, 0, end.sha256)
-    view = json.loads(json.dumps(plain(result_of(made_of, _language(made_of.events)))))
-    differing = list(_differences(end.content, view))
+    for made in _results(made_of):
+        view = json.loads(json.dumps(plain(made)))
+        if not (differing := list(_differences(end.content, view))):
+            break
     if differing:
         named, more = differing[:_NAMED], len(differing) - _NAMED
         what = (
@@ -185,6 +187,19 @@ def _unproven(events: Sequence[RecordedEvent], end: _End | None, torn: int, note
             events=end.events,
         )
     return None
+
+
+def _results(journal: JournalFile) -> Iterator[dict[str, Any]]:
+    """Yield the results that follow from a journal: in the words known here, and with causes in those known to the run's plug-ins."""
+    made = result_of(journal, _language(journal.events))
+    yield made
+    for recorded in journal.events:
+        match recorded.event:
+            case ProcedureFailed(procedure=name, cause=cause) if "cause" in made["procedures"][name]:
+                made["procedures"][name]["cause"] = cause
+            case RunFinished(cause=cause) if "cause" in made:
+                made["cause"] = cause
+    yield made
 
 
 def _language(events: Sequence[RecordedEvent]) -> Translate:

@@ -14,7 +14,6 @@ import numpy as np
 from bench.analysis.decelerations import behind_filter
 from procedures.estimation.fitting.fit import EstimationError, coverage_interval
 from procedures.estimation.mechanics.deceleration import deceleration
-from procedures.estimation.mechanics.inertia import fit_coast_down
 from tests.studies.mechanics_misfit import (
     both,
     cogging,
@@ -29,7 +28,7 @@ from tests.studies.mechanics_misfit import (
     to_share,
     windage,
 )
-from tests.studies.worlds.shaft_records import Motion, Shaft, draw, move, record
+from tests.studies.worlds.shaft_records import Motion, Shaft, draw, fit_coast_down, move, record
 
 SHARES = (0.25, 0.5, 0.75)
 Random = np.random.Generator

@@ -20,8 +20,8 @@ import numpy as np
 from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.mechanics import ramp_causes, ramp_fit, ramp_trials
-from procedures.estimation.mechanics.inertia import fit_coast_down, fit_ramps
-from tests.studies.worlds.shaft_records import Shaft, draw, move, record
+from procedures.estimation.mechanics.inertia import fit_ramps
+from tests.studies.worlds.shaft_records import Shaft, draw, fit_coast_down, move, record
 
 GAIN = 0.003
 _BATCH = 50

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.mechanics.cogging import fit_cogging
-from procedures.estimation.mechanics.inertia import fit_coast_down, fit_ramps
+from procedures.estimation.mechanics.inertia import fit_ramps
 from procedures.estimation.mechanics.turning import SpeedRamp
 from procedures.estimation.winding.current_step.repeats import StepReading, fit_repeats
 from procedures.estimation.winding.resistance import slope
 from procedures.estimation.winding.sweep.rotor_sweep import fit_rotor_sweep
 from procedures.estimation.winding.sweep.timed_sweep import fit_timed_sweep
 from tests.studies.fuzz.target import TooSlowError, in_time
+from tests.studies.worlds.shaft_records import fit_coast_down
 
 #: The longest that one record may take (s of processor time): a search among the causes of ramps takes up to 6 s.
 LONGEST = 20.0

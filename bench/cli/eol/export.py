@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from bench.cli.eol.narrowing_options import ALL_RECORDS, NarrowingOptions, tell_joined
 from bench.cli.options import Json, RecordsAddress
 from bench.cli.output import print_json
+from bench.cli.standard_streams import standard_bytes
 from bench.eol.record import MotorRecord
 from bench.i18n.errors import InputError, UsageError, at
 from bench.i18n.language import language_of, translator
@@ -60,7 +61,8 @@ def export(
         found, joined = records_of(engine, batches, only.read())
         tell_joined(joined, translator(language_of("auto")))
         if out is None:
-            _writer(format_)(found, sys.stdout.buffer)
+            with standard_bytes() as output:
+                _writer(format_)(found, output)
             sys.stdout.flush()
             return 0
         count = _whole(out, _writer(format_), found)

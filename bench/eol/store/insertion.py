@@ -13,7 +13,7 @@ from sqlalchemy.exc import DBAPIError
 
 from bench.eol.record import MotorRecord
 from bench.eol.serial_number import spelled, spellings
-from bench.eol.store.database import reason
+from bench.eol.store.database import place_of, reason
 from bench.eol.store.faults import RefusedError
 from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, PARAMETER_LABEL, SERIAL_CLAIM, WAVEFORM
 from bench.eol.store.summed_tables import REPEATED_TEST
@@ -111,10 +111,10 @@ def settle(engine: Engine) -> None:
     except DBAPIError as error:
         raise InputError(
             text(
-                "{url}: the latest motors' figures cannot be written to their table: {reason}. They are kept; "
+                "{place}: the latest motors' figures cannot be written to their table: {reason}. They are kept; "
                 "make sure that the file can be written, that its disk is not full, and that no other process "
                 "holds it",
-                url=engine.url,
+                place=place_of(engine),
                 reason=reason(error),
             )
         ) from None

@@ -121,14 +121,6 @@ def fitted_speeds(ramps: Sequence[SpeedRamp], fit: Fit) -> list[tuple[FloatArray
     return found
 
 
-def fit_coast_down(
-    time: ArrayLike, speed: ArrayLike, *, speed_resolution: float = 0.0, speed_filter: float = 0.0
-) -> Fit:
-    """Fit one coast-down (s, rad/s) as `fit_coast_downs` does several; its first speed is `initial_speed`."""
-    measured = np.asarray(time, dtype=np.float64), np.asarray(speed, dtype=np.float64)
-    return fit_coast_downs([SpeedRamp(*measured, 0.0, speed_resolution, speed_filter)])
-
-
 def fit_coast_downs(ramps: Sequence[SpeedRamp]) -> Fit:
     """Fit `coulomb_deceleration` = Tc/J (rad/s²), `viscous_rate` = B/J (1/s) and initial speeds to coast-downs in the order they were made.
 

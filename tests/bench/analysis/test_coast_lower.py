@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bench.analysis.coast_down import analyze_coast_down
-from procedures.estimation.mechanics.inertia import fit_coast_down
+from tests.studies.worlds.shaft_records import fit_coast_down
 
 
 @pytest.mark.parametrize(("end", "told"), [(20.0, False), (60.0, True)])

@@ -6,6 +6,10 @@ import sys
 
 import pytest
 
+from bench.eol.store.database import open_database
+from bench.eol.store.records import Records
+from tests.bench.eol.motor_records import motor_record
+
 COMMAND = [sys.executable, "-m", "motorbench"]
 MEASURE = ["run", "stator-resistance", "--station", "virtual", "--motor", "lg-400w", "--json"]
 
@@ -20,6 +24,16 @@ def run(*words: str, buffered: bool = True, **given: object) -> subprocess.Compl
 def test_output_on_a_full_disk_is_said_to_be_incomplete(buffered):
     with open("/dev/full", "w") as full:
         done = run("export", "--list", buffered=buffered, stdout=full)
+    assert done.returncode == 1
+    assert done.stderr.startswith("motorbench: standard output: no space is left on the disk; what was to be printed")
+
+
+def test_records_on_a_full_disk_are_said_to_be_incomplete(tmp_path):
+    engine = open_database(str(tmp_path / "records.sqlite"))
+    Records(engine).save(motor_record())
+    engine.dispose()
+    with open("/dev/full", "w") as full:
+        done = run("eol", "export", "--format", "jsonl", buffered=False, stdout=full, cwd=tmp_path)
     assert done.returncode == 1
     assert done.stderr.startswith("motorbench: standard output: no space is left on the disk; what was to be printed")
 

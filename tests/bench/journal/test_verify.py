@@ -32,6 +32,24 @@ def run(finished: Path, tmp_path: Path) -> RunFolder:
     return RunFolder(Path(shutil.copytree(finished, tmp_path / "run")))
 
 
+FAILS = """
+from procedures.core.procedure import Procedure
+from procedures.core.settings import Settings
+from procedures.core.steps import step
+
+
+class Fails(Procedure[Settings]):
+    '''Fails.'''
+
+    name, title, section, roles, gives = "acme-fails", "It fails", "acme", frozenset(), ()
+
+    def measure(self):
+        self.fail()
+
+    @step("acme/1", "Fail")
+    def fail(self):
+        raise ZeroDivisionError("division by zero")
+"""
 Edit = Callable[[list[bytes]], Any]
 
 
@@ -161,6 +179,30 @@ def test_a_result_that_was_changed_is_named(run: RunFolder, change: Callable[[di
     assert found.verdict is Integrity.CHANGED
     assert found.findings[0].file == "result.json"
     assert said in str(found.findings[0].what)
+
+
+def test_a_cause_in_the_words_of_a_plug_in_that_is_not_there_any_more_is_untouched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    station = tmp_path / "station.toml"
+    station.write_text(
+        '[station]\nname = "bench"\n[plugins]\nfiles = ["acme_fails.py"]\n[instruments]\n', encoding="utf-8"
+    )
+    (tmp_path / "acme_fails.py").write_text(FAILS, encoding="utf-8")
+    arguments = ["run", "acme-fails", "--station", str(station), "--motor", "lg-400w", "--runs", str(tmp_path / "runs")]
+    monkeypatch.setattr("bench.i18n.language._TITLES", {})
+    with pytest.raises(SystemExit) as stop:
+        main([*arguments, "--operator", "terminal"])
+    assert stop.value.code == 1
+    (folder,) = (tmp_path / "runs").iterdir()
+    run = RunFolder(folder)
+    cause = json.loads(run.result.read_bytes())["cause"]
+    assert "in procedure It fails from" in cause
+
+    monkeypatch.setattr("bench.i18n.language._TITLES", {})
+    assert verify(run).verdict is Integrity.UNTOUCHED
+    run.result.write_text(run.result.read_text(encoding="utf-8").replace("It fails", "It works"), encoding="utf-8")
+    assert "procedures.acme-fails.cause, cause differ" in str(verify(run).findings[0].what)
 
 
 def test_the_command_says_it_and_its_status_tells(run: RunFolder, capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,8 +5,8 @@ import pytest
 
 from procedures.core.misfit_text import sentence
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, none_explains
-from procedures.estimation.mechanics.inertia import fit_coast_down
 from procedures.estimation.winding.current_step.response import fit_step_response
+from tests.studies.worlds.shaft_records import fit_coast_down
 
 TOP, FINE = 300.0, 1e-4
 

@@ -3,11 +3,20 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from procedures.estimation.fitting.fit import Fit
+from procedures.estimation.mechanics.inertia import fit_coast_downs
 from procedures.estimation.mechanics.turning import SpeedRamp
 from sim_instruments.disturbances.first_order import recursion
 
 Random = np.random.Generator
+
+
+def fit_coast_down(time: ArrayLike, speed: ArrayLike, speed_resolution: float = 0.0) -> Fit:
+    """Fit one coast-down (s, rad/s)."""
+    measured = np.asarray(time, dtype=np.float64), np.asarray(speed, dtype=np.float64)
+    return fit_coast_downs([SpeedRamp(*measured, 0.0, speed_resolution)])
 
 
 @dataclass

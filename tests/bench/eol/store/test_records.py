@@ -247,8 +247,11 @@ def test_statistics_of_a_file_that_cannot_be_written_say_so(tmp_path: Path) -> N
     Records(engine).save(kept)
     with engine.connect() as connection:
         connection.execute(text("PRAGMA query_only = ON"))
-    with pytest.raises(InputError, match="latest motors' figures cannot be written to their table: attempt to write"):
+    with pytest.raises(
+        InputError, match="latest motors' figures cannot be written to their table: attempt to write"
+    ) as told:
         settle(engine)
+    assert str(told.value).startswith(f"{tmp_path / 'records.sqlite'}: the latest")
     assert [repr(outcome) for outcome in Records(engine).read()] == [repr(kept)]
     engine.dispose()
 

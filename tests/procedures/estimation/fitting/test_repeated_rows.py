@@ -10,8 +10,8 @@ from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.fitting.fit import FloatArray, coverage_interval
 from procedures.estimation.fitting.misfit import Answer, Cause, Misfit
 from procedures.estimation.fitting.repeated_rows import repeated_rows
-from procedures.estimation.mechanics.inertia import fit_coast_down
 from procedures.estimation.winding.current_step.response import fit_step_response
+from tests.studies.worlds.shaft_records import fit_coast_down
 
 CODE, TAU, FLUX, FREQUENCY = 1.0 / 200.0, 4e-4, 0.02, 100.0
 

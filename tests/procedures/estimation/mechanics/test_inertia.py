@@ -5,13 +5,13 @@ from GTC import ureal
 from procedures.core.misfit_text import sentence
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.mechanics.inertia import (
-    fit_coast_down,
     fit_ramps,
     subtract_tare,
     torque_from_power,
     two_point,
 )
 from procedures.estimation.mechanics.turning import SpeedRamp
+from tests.studies.worlds.shaft_records import fit_coast_down
 from tests.studies.worlds.simulated import COULOMB, INERTIA, MECHANICS, TORQUE, VISCOUS, ramp_speed, ramps
 
 UP, DOWN = np.linspace(0, 0.3, 100), np.linspace(0, 0.5, 120)

@@ -8,10 +8,10 @@ import pytest
 
 from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import Answer, Cause
-from procedures.estimation.mechanics.inertia import fit_coast_down, fit_coast_downs, fit_ramps
+from procedures.estimation.mechanics.inertia import fit_coast_downs, fit_ramps
 from procedures.estimation.mechanics.turning import SpeedRamp, wild
 from tests.studies.coast_pairs import Bearing
-from tests.studies.worlds.shaft_records import Motion, Shaft, move, record
+from tests.studies.worlds.shaft_records import Motion, Shaft, fit_coast_down, move, record
 
 #: 5 s from 300 rad/s down to a fifth, 1 s up.
 SHAFT = Shaft(

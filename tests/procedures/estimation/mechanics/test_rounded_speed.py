@@ -8,8 +8,9 @@ import pytest
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.fitting.noise import rounded_to
-from procedures.estimation.mechanics.inertia import fit_coast_down, fit_ramps
+from procedures.estimation.mechanics.inertia import fit_ramps
 from procedures.estimation.mechanics.turning import SpeedRamp
+from tests.studies.worlds.shaft_records import fit_coast_down
 
 RPM = math.pi / 30.0
 

@@ -7,8 +7,9 @@ import pytest
 
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.fitting.misfit import Cause
-from procedures.estimation.mechanics.inertia import fit_coast_down, fit_ramps
+from procedures.estimation.mechanics.inertia import fit_ramps
 from procedures.estimation.mechanics.turning import SpeedRamp
+from tests.studies.worlds.shaft_records import fit_coast_down
 
 INERTIA, COULOMB, VISCOUS, TOP, DRIVE = 1e-3, 0.03, 1.5e-4, 300.0, 0.35
 
