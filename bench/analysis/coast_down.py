@@ -101,7 +101,7 @@ def analyze_coast_down(
     parts = [part for record in records for part in split(record.ramp())]
     driven, alone = any(np.any(part.torque) for part in parts), len(parts) == 1
     if at_speed and not alone:
-        raise CaptureError("at-speed", text("decelerations are given of a single coast-down; give it alone"))
+        raise CaptureError("--at-speed", text("decelerations are given of a single coast-down; give it alone"))
     fit = estimated(captures[0], lambda: _fit(records, driven=driven))
     names = SHARED if driven else _RATES
     found = {

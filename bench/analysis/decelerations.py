@@ -42,9 +42,10 @@ def detail_decelerations(
     for speed in at_speed:
         if not low < speed * _RPM < top:
             raise CaptureError(
-                "at-speed",
+                "--at-speed",
                 text(
-                    "{speed:g} rpm is not passed: the coast-down goes from {top:.5g} to {low:.5g} rpm",
+                    "{speed:g} rpm is not passed; allowed are speeds between {low:.5g} and {top:.5g} rpm, without a sign whichever way "
+                    "the shaft turns",
                     speed=speed,
                     top=top / _RPM,
                     low=low / _RPM,

@@ -27,7 +27,7 @@ _PEAK = re.compile(r"[\s_,]*(?:peak|pk)(?![a-z-])")
 _PLACES = (
     re.compile(r"[\s_]*[\[(]\s*([^\[\]()]+?)\s*[\])]$"),
     re.compile(r"\s+in\s+(\S+)$"),
-    re.compile(r"[\s_]+((?:rad|deg)[_/]s|[^\s\[\]()_]+)$"),
+    re.compile(r"[\s_]+((?:rad|deg)[_/]s|m?n_m|[^\s\[\]()_]+)$"),
     re.compile(r"\s*/\s*([^\s\[\]()/_]+)$"),
 )
 
@@ -99,7 +99,7 @@ def _without_kind(words: str) -> tuple[str, bool]:
 
 
 def _unit(words: str) -> tuple[str, float] | None:
-    plain = re.sub(r"^(m?n)[ .\-]m$", r"\1m", words.replace("rad_s", "rad/s").replace("rad s-1", "rad/s"))
+    plain = re.sub(r"^(m?n)[ ._\-]m$", r"\1m", words.replace("rad_s", "rad/s").replace("rad s-1", "rad/s"))
     return _UNITS.get(plain) or si(plain)
 
 

@@ -63,7 +63,7 @@ def test_a_stated_accuracy_is_in_the_interval(path):
 
 
 def test_a_speed_that_is_not_passed_is_refused_with_those_that_are(path):
-    with pytest.raises(CaptureError, match=r"5000 rpm is not passed: .* from 27\d\d"):
+    with pytest.raises(CaptureError, match=r"5000 rpm is not passed; allowed are .* and 27\d\d"):
         analyze_coast_down(path, at_speed=[5000.0])
 
 

@@ -165,3 +165,14 @@ def test_what_is_no_array_is_named(tmp_path: Path) -> None:
         file["t"] = TIME
     with pytest.raises(CaptureError, match=r"of HDF5 nothing else is read; save the arrays as \.mat"):
         read_capture(tmp_path / "other.h5")
+
+
+def test_a_tables_names_state_newton_metres(tmp_path: Path) -> None:
+    table = {
+        "id_A": [0.0, -1.0, 0.0],
+        "iq_A": [0.0, 0.0, 1.0],
+        "psi_d_Vs": [0.1, 0.098, 0.1],
+        "psi_q_Vs": [0.0, 0.0, 3e-3],
+    }
+    found = map_columns(put(tmp_path, "map.npz", **table, torque_mN_m=np.array([0.0, 0.0, 150.0])), ())
+    np.testing.assert_allclose(found.torque, [0.0, 0.0, 0.15])
