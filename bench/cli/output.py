@@ -99,7 +99,7 @@ def print_end(view: RunView, folder: RunFolder, translate: Translate, *, resumab
     """Say on standard error why a run did not complete."""
     said: dict[str, object] = {
         "status": STATUS_WORDS.get(view.status, text("was interrupted")),
-        "cause": view.cause,
+        "cause": view.cause or text("its process ended without a word"),
         "folder": str(folder.path),
     }
     words = text("the run {status}: {cause}\nThe journal is in {folder}; continue with --resume {folder}", **said)

@@ -56,3 +56,8 @@ def test_an_output_of_few_characters_has_the_others_escaped():
     done = run("procedures", "--language", "zh", environment={"PYTHONIOENCODING": "ascii"})
     assert (done.returncode, done.stderr) == (0, "")
     assert "\\u6570\\u636e\\u624b\\u518c" in done.stdout
+
+
+def test_a_run_that_was_killed_is_said_to_have_ended_without_a_word():
+    done = run("results", "tests/data/runs/killed", "--language", "en")
+    assert "the run was interrupted: its process ended without a word\n" in done.stderr

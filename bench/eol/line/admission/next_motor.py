@@ -9,7 +9,7 @@ from bench.eol.line.admission.admission_desk import AdmissionDesk
 from bench.eol.line.admission.golden_gate import GoldenGate
 from bench.eol.line.admission.serial_numbers import SerialNumbers
 from bench.eol.line.batch_log import BatchMotor
-from bench.eol.serial_number import spelled
+from bench.eol.serial_number import in_other_capitals, spelled
 from drivers.interfaces.text import Text, lines, text
 
 
@@ -100,6 +100,14 @@ class Admission:
         self._next = None
         if serial_number in self._under_way:
             return _being_measured(serial_number)
+        if other := self._under_way_in_other_capitals(serial_number):
+            words = text(
+                "serial number {serial} differs in capitals only from {known}, which is being measured now; if it is another motor, scan "
+                "it again when that one has its verdict",
+                serial=serial_number,
+                known=other,
+            )
+            return RefusedSerial(serial_number, words)
         return self._admit(BatchMotor(self._last + 1, serial_number), socket)
 
     def done(self, serial_number: str) -> None:
@@ -113,6 +121,12 @@ class Admission:
             if serial_number not in self._passed_over:
                 self._next = serial_number
         return self._next
+
+    def _under_way_in_other_capitals(self, serial_number: str) -> str:
+        """Return the motor in a socket that this one probably is, scanned with Caps Lock on; empty where the plan says what it takes."""
+        if self._desk.spelling_stated or self._desk.person:
+            return ""
+        return next((other for other in in_other_capitals(serial_number) if other in self._under_way), "")
 
     def _admit(self, motor: BatchMotor, socket: str) -> BatchMotor | RefusedSerial:
         decision = self._desk.admit(motor.serial_number, motor.number, socket, motor.again_by)

@@ -172,7 +172,7 @@ def test_a_calibration_that_runs_out_during_a_batch_ends_it_where_the_station_re
     watch = CalibrationWatch(load_line(str(path), None), roles, heard.noted, heard.trouble, lambda: day)
     serials = iter(["A1", "A2"])
     given = SimpleNamespace(take=lambda: next(serials, None), ended=False, listed=False, descriptor=None)
-    desk = SimpleNamespace(admit=lambda *_: AdmittedTest(1, "", judged_before=False))
+    desk = SimpleNamespace(admit=lambda *_: AdmittedTest(1, "", judged_before=False), spelling_stated=False, person="")
     admission = Admission(given, (), desk, open_gate(bench.folder), refused=watch.refused)  # type: ignore[arg-type]
     assert isinstance(admission.take("left"), BatchMotor)
     assert (heard.troubles, heard.noticed) == ([], []), "of the first day the batch's beginning has told"

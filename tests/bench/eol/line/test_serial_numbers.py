@@ -71,6 +71,16 @@ def test_motors_of_earlier_batches_are_refused_unless_a_person_answers(tmp_path:
     assert admitted(tmp_path, "A1\n", records, person="Wang") == [BatchMotor(1, "A1", 2, "Wang", judged_before=True)]
 
 
+def test_a_motor_in_a_socket_is_not_taken_in_other_capitals_beside_itself(
+    tmp_path: Path, records: RecordWriter
+) -> None:
+    first, second = admitted(tmp_path, "A1\na1\n", records)
+    assert first == BatchMotor(1, "A1")
+    assert isinstance(second, RefusedSerial)
+    assert "a1 differs in capitals only from A1, which is being measured now" in str(second.why)
+    assert [type(each) for each in admitted(tmp_path, "B1\nb1\n", records, person="Wang")] == [BatchMotor] * 2
+
+
 def test_what_an_input_method_sends_full_width_is_the_same_motor(tmp_path: Path, records: RecordWriter) -> None:
     records.save(a_record(7, "A-1", batch="last week"))
     (refused,) = admitted(tmp_path, "Ａ－１\n", records)
