@@ -45,7 +45,7 @@ class CommandLoop:
             "Ready: {roles}. First state what is connected to the motor's terminals (connect); help lists everything",
             roles=[role.value for role in roles],
         )
-        self._refused = False
+        self._refused, self._typed = False, ""
         self._probes = (
             fitted_probes(cast("Oscilloscope", bench.instrument(Role.OSCILLOSCOPE)))
             if Role.OSCILLOSCOPE in roles
@@ -55,10 +55,12 @@ class CommandLoop:
         self._asked: TypedCommand | None = None
         self._looked_at: BenchSetup | None = None
         self.read: list[dict[str, Any]] = []
+        #: What was typed and did nothing.
+        self.refused: list[str] = []
 
     def until_finished(self) -> None:
         """Ask for commands and carry them out until the word is finish."""
-        while (request := self._requested()) is None or not isinstance(request, Finish):
+        while (request := self._next()) is None or not isinstance(request, Finish):
             asked, self._asked = self._asked, None
             if isinstance(request, Confirm):
                 if asked is None:
@@ -69,9 +71,12 @@ class CommandLoop:
                 self._refused = False
                 self._said = self._carried_out(request)
 
-    def _requested(self) -> Request | None:
+    def _next(self) -> Request | None:
         """Return what is commanded next; None where that is refused, or where nobody commanded anything in time."""
         line = self._bench.command(self._question())
+        if self._refused and self._typed:
+            self.refused.append(self._typed)
+        self._typed = line or ""
         if line is None:
             self._refused = True
             self._said = text(

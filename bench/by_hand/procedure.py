@@ -84,3 +84,11 @@ class ByHand(Procedure[ByHandSettings]):
             commanding.until_finished()
         finally:
             self.findings["read"] = commanding.read
+            if commanding.refused:
+                self.notice(
+                    "refused-commands",
+                    text(
+                        "these commands were refused and did nothing: {commands}. What was said of each is in the run's journal",
+                        commands=commanding.refused,
+                    ),
+                )

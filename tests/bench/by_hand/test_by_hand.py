@@ -150,6 +150,9 @@ def test_what_is_beyond_a_limit_or_unsafe_is_refused_before_anything_is_sent(do:
         "switch everything off before working by hand",
         "supply is already on",
     ]
+    (said,) = [str(notice.message) for _, notice in done.view.warnings() if notice.identifier == "refused-commands"]
+    assert "supply energised 500 V 1 A" in said
+    assert "connect A=supply+" not in said
     told = refusals(done)
     assert len(told) == len(whys)
     assert [(why, said) for (_, said), why in zip(told, whys, strict=True) if why not in said] == []
