@@ -27,8 +27,9 @@ def _until(seen: Locator, page: Page) -> None:
     for _ in range(_MOST):
         if seen.is_visible():
             return
-        if done.is_visible() and done.is_enabled():
-            done.click()
+        if done.is_visible() and done.is_enabled() and not seen.is_visible():
+            # At once: a click waits until the page is at rest, and may confirm what is looked for.
+            done.dispatch_event("click")
         page.wait_for_timeout(300)
     raise RuntimeError(f"{seen} did not come")
 
