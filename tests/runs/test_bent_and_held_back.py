@@ -39,6 +39,8 @@ def test_the_inductance_at_the_bridges_frequency_has_no_part_of_what_circuits_hi
     for options, most in ((slow, 0.3), ((), 0.005)):
         status, given = motorbench(*arguments, "lg-400w", *options)
         assert status == 0
+        said = {warning["id"] for warning in given["warnings"]}
+        assert ("slow-circuits-unseen" in said) == (options == slow)
         parameter = given["parameters"]["d_axis_inductance"]
         low, high = parameter["coverage_interval"]
         assert low <= parameter["truth"] <= high <= low + most * parameter["truth"]

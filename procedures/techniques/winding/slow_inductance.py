@@ -42,7 +42,8 @@ class Slow:
     """Inductance, or resistance, for slow changes over that at the test frequency, and what was seen.
 
     `most` is the largest share of a resistance that is not the winding's, by `unlike` it differs between lines. `hidden` is the share by
-    which an inductance may be larger for circuits that the bridge's limits of error hide; `ratio` holds it, in that direction.
+    which an inductance may be larger for circuits that the bridge's limits of error hide; `ratio` holds it, in that direction. `direct`
+    says that a direct current's resistance bounded circuits slower than the winding, too.
     """
 
     ratio: UncertainReal
@@ -50,6 +51,7 @@ class Slow:
     most: float = 0.0
     unlike: float = 0.0
     hidden: float = 0.0
+    direct: bool = False
 
     def at_frequency(self) -> "Slow":
         """Return what is so of the inductance at the test frequency itself: circuits are told, and take nothing of it."""
@@ -115,8 +117,10 @@ def shown_by(
         return UNCHANGED
     found = second_circuit(readings, _IRON)
     if found is None:
-        hidden = _hidden(readings, procedure.bench.state.lines.direct(poles_of(connection)))
-        return Slow(procedure.bench.uncertainties.one_sided(_HIDDEN, 1.0, hidden), hidden=hidden)
+        direct = procedure.bench.state.lines.direct(poles_of(connection))
+        hidden = _hidden(readings, direct)
+        ratio = procedure.bench.uncertainties.one_sided(_HIDDEN, 1.0, hidden)
+        return Slow(ratio, hidden=hidden, direct=direct is not None)
     at_frequency = readings[0].inductance
     held = found.inductance or Interval(0.0, 2.0 * at_frequency)
     inductance, half_width = (held.low + held.high) / 2.0, _TO_THE_ENDS * (held.high - held.low) / 2.0
@@ -159,6 +163,14 @@ def tell_meant(procedure: Procedure[Any], axes: Sequence[Slow], frequency: float
     """
     share = max((axis.hidden for axis in axes), default=0.0)
     procedure.findings |= {"inductance_at": frequency if at_frequency else 0.0, "hidden_circuits": share}
+    if not at_frequency and not all(axis.direct for axis in axes):
+        procedure.notice(
+            "slow-circuits-unseen",
+            text(
+                "closed circuits slower than the winding itself, as a thick sleeve or a damper cage, are not seen, and the inductance for "
+                "slow changes does not include them. stator-resistance-dc earlier in the same run bounds them"
+            ),
+        )
     if share > _TOLD and not at_frequency:
         procedure.notice(
             "hidden-circuits",

@@ -26,7 +26,9 @@ from tests.studies.worlds.random_motors import draw_motor
 from tests.studies.worlds.units_in_use import as_sold
 
 #: Notices that say how a figure was found, and nothing against it.
-_ORDINARY = re.compile(r"E\d+|raised-step|saliency|delta-from-outside|hidden-circuits|current-not-checked")
+_ORDINARY = re.compile(
+    r"E\d+|raised-step|saliency|delta-from-outside|hidden-circuits|slow-circuits-unseen|current-not-checked"
+)
 #: A data sheet's flux linkage is off by up to this share.
 _STATED = 0.05
 #: A true value that is none.
