@@ -137,23 +137,18 @@ class _Search:
         ends = float(np.log(grid[place - 1])), float(np.log(grid[place + 1]))
         # A parabola through three, and once more through closer ones.
         step, middle = float(np.log(grid[place + 1] / grid[place])), float(np.log(grid[place]))
-        for _ in range(_REFINED):
-            low, at, high = costs
-            middle += 0.5 * step * float(np.clip((low - high) / max(low + high - 2.0 * at, 1e-9), -1.0, 1.0))
-            step *= _CLOSER
-            near = _refitted_each(
-                self.best, self.family, np.exp(middle + step * np.array((-1.0, 0.0, 1.0))), chosen.solved.values
-            )
-            three = [each for each in near if each is not None]
-            if len(three) < 3:
-                return replace(chosen, trial=tuple(tried))
-            tried += three
-            chosen = min((chosen, *three), key=lambda each: each.cost)
-            costs = [each.cost for each in three]
-        if chosen is not three[1]:
-            # Where χ² is no parabola over so coarse a grid, its lowest place is enclosed.
-            middle = float(minimize_scalar(self._cost, bounds=ends, method="bounded", options={"xatol": _ENCLOSED}).x)
-            step = _ENCLOSED
+        three: list[RampTrial] = []
+        for times in range(_REFINED + 1):
+            if times < _REFINED:
+                low, at, high = costs
+                middle += 0.5 * step * float(np.clip((low - high) / max(low + high - 2.0 * at, 1e-9), -1.0, 1.0))
+                step *= _CLOSER
+            elif chosen is three[1]:
+                break
+            else:
+                # Where χ² is no parabola over so coarse a grid, its lowest place is enclosed.
+                found = minimize_scalar(self._cost, bounds=ends, method="bounded", options={"xatol": _ENCLOSED})
+                middle, step = float(found.x), _ENCLOSED
             near = _refitted_each(
                 self.best, self.family, np.exp(middle + step * np.array((-1.0, 0.0, 1.0))), chosen.solved.values
             )
