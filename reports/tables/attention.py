@@ -15,7 +15,7 @@ from reports.tables.summary import other_warnings
 _TO_DO = frozenset({"E9", "E11", "E15"})
 _ERRATUM = re.compile(r"E\d+")
 #: Findings that change nothing for the reader.
-_KNOWN = frozenset({"instrument-choice", "speed-drift", "raised-step"})
+_KNOWN = frozenset({"instrument-choice", "speed-drift", "raised-step", "refused-commands"})
 _CONTRADICTIONS = frozenset({"type-tolerance", "disagreement"})
 
 

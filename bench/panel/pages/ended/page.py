@@ -71,9 +71,9 @@ class _Ended:
             self._fault = ui.label().props("role=alert").classes("mb-refused whitespace-pre-line")
         self._products = ProductsPart(self._run, self._reader)
         self._picture()
-        AttentionPart(self._reader, self._panel.offer.title, self._resume if self._may_lead else None).build(
-            self._found, self._run.view.run.planned
-        )
+        AttentionPart(
+            self._reader, self._panel.offer.title, self._resume if self._may_lead and not self._manual else None
+        ).build(self._found, self._run.view.run.planned)
         later = ui.element("div").classes("w-full")
         read_part(self._run.view.run.results, self._reader)
         budgets_part(self._panel, self._run, self._reader)
